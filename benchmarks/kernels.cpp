@@ -41,13 +41,13 @@ void sort(Grid& grid) {
 void update_nodes(Problem& problem, double dt) {
   const Scene& scene = problem.scene;
   Grid& grid = problem.state.grid;
-  fold_mirror_planes(grid, scene.mirror, NodeFields(grid), grid.all_blocks());
+  fold_mirror_planes(grid, scene.mirror, NodeFields(grid), grid.own_blocks());
   (void)update_grid(grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror, density(scene)}, dt, problem.state.time)
       .total(one_rank());
 }
 
 void set_uniform_velocity(Grid& grid) {
-  for (const auto b : grid.all_blocks()) {
+  for (const auto b : grid.own_blocks()) {
     for (Node& n : grid.velocities(b).node) n = Node{1.0, 1.0, 1.0, 1.0};
   }
 }

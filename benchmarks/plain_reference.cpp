@@ -203,7 +203,7 @@ void check_scatter(const Grid& grid, const TransferOptions& options) {
   plain.scatter(particles, options);
   const Node scale = plain.largest();
   const double momentum_scale = std::max({scale[0], scale[1], scale[2]});
-  for (const auto b : grid.all_blocks()) {
+  for (const auto b : grid.own_blocks()) {
     for (int n = 0; n < block_nodes; ++n) {
       const Index3& c = grid.block(b).coordinate;
       const Index3 index = node_index(c, n);

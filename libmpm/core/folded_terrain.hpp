@@ -24,7 +24,7 @@ namespace mpm {
 /// Masters that are higher on a slope, by half a cell for a slope of one, lower that error by a tenth to a third: not worth their lines.
 ///
 /// Limits: |grad h| up to Terrain::steepest; radii of curvature of several cells.
-/// @param blocks  of Grid::all_blocks(), all or some: the ground acts on the columns whose masters are in them
+/// @param blocks  of Grid::own_blocks(), all or some: the ground acts on the columns whose masters are in them
 /// @returns the impulse on the ground for each of them; a column counts in the block of its master
 std::vector<Impulse> apply_folded_terrain(Grid& grid, const Terrain& terrain, const MirrorPlanes& mirror,
                                           std::span<const std::int32_t> blocks);

@@ -17,7 +17,7 @@ namespace mpm {
 /// the rule. On a plane of nodes this is the exact mirror image. Nodes further behind act alone, and so do all nodes of a column whose
 /// master has no mass.
 /// @param wall  one that folds()
-/// @param blocks  of Grid::all_blocks(), all or some: the wall acts on the columns whose masters are in them
+/// @param blocks  of Grid::own_blocks(), all or some: the wall acts on the columns whose masters are in them
 /// @returns the impulse on the wall for each of them; a column counts in the block of its master
 std::vector<Impulse> apply_folded_wall(Grid& grid, const Wall& wall, const MirrorPlanes& mirror, double time,
                                        std::span<const std::int32_t> blocks);

@@ -33,7 +33,7 @@ std::int32_t Grid::find(const Index3& coordinate) const {
   return index == no_block || block(index).owned ? index : no_block;
 }
 
-std::int32_t Grid::block_at(const Index3& coordinate) {
+std::int32_t Grid::find_or_create(const Index3& coordinate) {
   const std::int32_t index = find_any(coordinate);
   return index == no_block ? create(coordinate) : index;
 }
@@ -115,11 +115,11 @@ void Grid::insert(const Particle& p) {
   const auto base = [&](int axis) { return base_node(p.position[axis] * inverse_cell_size_); };
   const Index3 node = {base(0), base(1), base(2)}, coordinate = block_of_node(node);
   if (!ranks_->owns(coordinate)) return;  // the caller passes all particles to every rank, which keeps its own
-  block(block_at(coordinate)).particles.append(p, number_of_node(node), *pool_);
+  block(find_or_create(coordinate)).particles.append(p, number_of_node(node), *pool_);
 }
 
 void Grid::restore(const StoredBlock& stored) {
-  ParticleBin& bin = block(block_at(stored.coordinate)).particles;
+  ParticleBin& bin = block(find_or_create(stored.coordinate)).particles;
   bin.frame.velocity = stored.velocity;
   const std::size_t size = record_bytes(precision_);
   for (std::size_t i = 0; i < stored.cells.size(); ++i) {
@@ -133,16 +133,16 @@ void Grid::migrate() {
   for (const auto* list : {&occupied_, &ghosts_}) {
     for (const auto b : *list) {
       for (std::uint32_t left = block(b).outbox.neighbours; left != 0; left &= left - 1) {
-        const int slot = std::countr_zero(left);
-        if (block(b).neighbour[static_cast<std::size_t>(slot)] == no_block) create(neighbour_of(block(b).coordinate, slot));
+        const int to = std::countr_zero(left);
+        if (block(b).neighbour[static_cast<std::size_t>(to)] == no_block) create(neighbour_of(block(b).coordinate, to));
       }
     }
   }
   if (set_changed_) rebuild_lists();
   bool out_of_memory = false;
 #pragma omp parallel for schedule(dynamic, 4)
-  for (std::size_t i = 0; i < all_.size(); ++i) {  // each block collects its particles from its neighbours, in a fixed order
-    Block& self = block(all_[i]);
+  for (std::size_t i = 0; i < own_.size(); ++i) {  // each block collects its particles from its neighbours, in a fixed order
+    Block& self = block(own_[i]);
     try {
       for (int n = 0; n < 27; ++n) {
         const std::int32_t other = self.neighbour[static_cast<std::size_t>(n)];
@@ -158,7 +158,7 @@ void Grid::migrate() {
     }
   }
   if (out_of_memory) throw std::bad_alloc();
-  for (const auto* list : {&all_, &ghosts_}) {  // not occupied_: a block that lost its last particle has an outbox too
+  for (const auto* list : {&own_, &ghosts_}) {  // not occupied_: a block that lost its last particle has an outbox too
     for (const auto b : *list) block(b).outbox = {};
   }
   migrants_.clear();
@@ -171,7 +171,7 @@ void Grid::migrate() {
 }
 
 void Grid::refresh() {
-  std::vector<char> needed(blocks_.size(), 0);
+  std::vector<char> needed(blocks_.size(), 0);  // grows with the blocks: what is created below is needed
   const auto need = [&](std::int32_t b) {
     if (static_cast<std::size_t>(b) >= needed.size()) needed.resize(blocks_.size(), 0);
     needed[static_cast<std::size_t>(b)] = 1;
@@ -180,9 +180,9 @@ void Grid::refresh() {
     ParticleBin& bin = block(static_cast<std::int32_t>(i)).particles;
     if (bin.count() == 0) continue;
     if (bin.order.size() != bin.cell.size()) bin.sort_by_cell();
-    for (const int slot : forward_slots) {
-      std::int32_t n = block(static_cast<std::int32_t>(i)).neighbour[static_cast<std::size_t>(slot)];
-      if (n == no_block) n = create(neighbour_of(block(static_cast<std::int32_t>(i)).coordinate, slot));
+    for (const int direction : forward_directions) {
+      std::int32_t n = block(static_cast<std::int32_t>(i)).neighbour[static_cast<std::size_t>(direction)];
+      if (n == no_block) n = create(neighbour_of(block(static_cast<std::int32_t>(i)).coordinate, direction));
       need(n);
     }
   }
@@ -191,9 +191,9 @@ void Grid::refresh() {
     for (const std::int32_t b : ranks_->announce(*this)) need(b);
     rebuild_lists();
   }
-  for (const auto* list : {&all_, &ghosts_}) {
+  for (const auto* list : {&own_, &ghosts_}) {
     for (const auto b : *list) {
-      if (static_cast<std::size_t>(b) < needed.size() && needed[static_cast<std::size_t>(b)] == 0) destroy(b);
+      if (needed[static_cast<std::size_t>(b)] == 0) destroy(b);
     }
   }
   rebuild_lists();
@@ -202,10 +202,10 @@ void Grid::refresh() {
 
 void Grid::rebuild_lists() {
   if (set_changed_) {
-    all_.clear();
+    own_.clear();
     ghosts_.clear();
-    for (const auto& [key, index] : index_) (block(index).owned ? all_ : ghosts_).push_back(index);
-    for (auto* list : {&all_, &ghosts_}) {
+    for (const auto& [key, index] : index_) (block(index).owned ? own_ : ghosts_).push_back(index);
+    for (auto* list : {&own_, &ghosts_}) {
       std::sort(list->begin(), list->end(),
                 [this](std::int32_t a, std::int32_t b) { return comes_before(block(a).coordinate, block(b).coordinate); });
     }
@@ -213,7 +213,7 @@ void Grid::rebuild_lists() {
   }
   occupied_.clear();
   for (auto& list : coloured_) list.clear();
-  for (const auto b : all_) {
+  for (const auto b : own_) {
     if (block(b).particles.count() == 0) continue;
     occupied_.push_back(b);
     coloured_[static_cast<std::size_t>(colour_of(block(b).coordinate))].push_back(b);

@@ -6,7 +6,7 @@
 /// forward neighbours. A block exists while it, or one of its seven backward neighbours, holds particles, so memory follows the
 /// occupied volume and not the bounding box.
 ///
-/// Results are repeatable because the order is fixed. Every list below is sorted by block coordinate, and only the thread that works on a
+/// Results are repeatable because the order is fixed. Every list of blocks is sorted by coordinate, and only the thread that works on a
 /// block changes it. So any number of threads gives the same bits.
 
 #include <array>
@@ -34,19 +34,19 @@ struct alignas(64) NodeBlock {
   Node node[block_nodes];  ///< index x + 4 y + 16 z
 };
 
-/// 4x4x4 cells, with their particles and the numbers of the neighbours.
+/// 4x4x4 cells with their particles. An own block is one that this rank computes; ghosts are the others that it stores.
 struct Block {
-  Index3 coordinate{};                       ///< along each axis: first_node()
-  std::array<std::int32_t, 27> neighbour{};  ///< by neighbour_slot: indices in Grid, or no_block
+  Index3 coordinate{};                       ///< in blocks; its first node is first_node() of it
+  std::array<std::int32_t, 27> neighbour{};  ///< by direction: indices in Grid, or no_block
   ParticleBin particles;                     ///< whose base node is here
   Outbox outbox;                             ///< particles that leave
-  bool owned = true;                         ///< false: a ghost, another rank's (ranks.hpp)
-  bool at_border = false;                    ///< a block of another rank is among it and its neighbours
-  bool outer = false;                        ///< its particles touch nodes of blocks of other ranks: set by StepExchange::plan
-  /// Where the particles' contributions go, by neighbour_slot. StepExchange::plan sets it for blocks that share nodes with other ranks: to
+  bool owned = true;                         ///< an own block; false: a ghost (ranks.hpp)
+  bool at_border = false;                    ///< it or a neighbour is another rank's
+  bool outer = false;                        ///< an own block whose particles touch nodes of ghosts: set by StepExchange::plan
+  /// Where the particles' contributions go, by direction. StepExchange::plan sets it for blocks that share nodes with other ranks: to
   /// buffers (Grid::new_buffer).
   const std::array<std::int32_t, 27>* buffers = nullptr;
-  /// Indices in Grid of the nodes that the particles' contributions go to, by neighbour_slot.
+  /// Indices in Grid of the nodes that the particles' contributions go to, by direction.
   [[nodiscard]] const std::array<std::int32_t, 27>& targets() const { return buffers != nullptr ? *buffers : neighbour; }
 };
 
@@ -58,7 +58,7 @@ struct StoredBlock {
   std::span<const std::byte> records;   ///< one after the other, record_bytes() each
 };
 
-/// The blocks, found by coordinate. An index stays valid until its block is freed by refresh().
+/// The blocks, found by coordinate. An index is valid until refresh() frees its block. Lists hold own blocks unless named otherwise.
 class Grid {
  public:
   /// @param cell_size dx, m
@@ -79,24 +79,25 @@ class Grid {
   /// Puts a migrant into a block's outbox. Blocks may be worked on in parallel, but those of one block are put one after the other.
   void send(std::int32_t block_index, const Migrant& m) { block(block_index).outbox.add(m, migrants_); }
   /// Moves the migrants of all blocks to where they belong, sorts every block by cell and refreshes the lists.
-  /// Call after grid_to_particle. @throws std::bad_alloc
+  /// Call after collect_migrants of all blocks. @throws std::bad_alloc; UnstableError if a block gets too many particles
   void migrate();
 
-  /// Creates the forward neighbours of occupied blocks, frees those without particles near them, rebuilds the lists.
+  /// Creates the forward neighbours of occupied blocks, frees blocks without particles near them, sorts particles that were inserted by
+  /// cell, and rebuilds the lists. All ranks call it together: it tells the others which blocks are occupied and plans the messages.
   void refresh();
 
-  /// What the implementation of Ranks needs besides. Blocks of other ranks are in no list but ghosts(), and find() does not find them.
+  /// What the implementation of Ranks needs besides.
   /// @{
   /// From now on blocks have owners; call refresh() then. @param ranks  outlives the grid
   void divide(Ranks& ranks);
   [[nodiscard]] Ranks& ranks() const { return *ranks_; }  ///< of which this grid has the blocks of one
   /// Asks again who owns which block, after that has changed. Call refresh() when blocks are where they belong.
   void ask_owners();
-  /// The block with this coordinate, whoever owns it; created if needed.
-  std::int32_t block_at(const Index3& coordinate);
-  /// The same, no_block where there is none.
+  /// The own block or ghost with this coordinate; created if needed.
+  std::int32_t find_or_create(const Index3& coordinate);
+  /// The same; no_block where there is none.
   [[nodiscard]] std::int32_t find_any(const Index3& coordinate) const;
-  [[nodiscard]] std::span<const std::int32_t> ghosts() const { return ghosts_; }  ///< blocks of other ranks, sorted by coordinate
+  [[nodiscard]] std::span<const std::int32_t> ghosts() const { return ghosts_; }  ///< sorted by coordinate
   /// Removes all particles of a block.
   void clear(std::int32_t index) { block(index).particles.release(*pool_); }
   /// Nodes that belong to no block, for contributions on their way to another rank. @returns their index, valid until free_buffers()
@@ -107,9 +108,9 @@ class Grid {
   [[nodiscard]] std::size_t index_end() const { return nodes_.size(); }
   /// @}
 
-  /// @param index  from all_blocks() or find()
+  /// @param index  from a list or find()
   Block& block(std::int32_t index) { return blocks_[static_cast<std::size_t>(index)]; }
-  /// @param index  from all_blocks() or find()
+  /// @param index  from a list or find()
   [[nodiscard]] const Block& block(std::int32_t index) const { return blocks_[static_cast<std::size_t>(index)]; }
   /// The nodes that a block owns, named by the phase of the step. update_grid() turns momenta into velocities, in the same memory.
   /// @{
@@ -142,11 +143,11 @@ class Grid {
   }
   /// @}
 
-  [[nodiscard]] std::span<const std::int32_t> all_blocks() const { return all_; }            ///< sorted by coordinate
+  [[nodiscard]] std::span<const std::int32_t> own_blocks() const { return own_; }            ///< sorted by coordinate
   [[nodiscard]] std::span<const std::int32_t> occupied_blocks() const { return occupied_; }  ///< those with particles
   /// Occupied blocks of one colour (colour_of): no two of them touch a common node.
   [[nodiscard]] std::span<const std::int32_t> coloured_blocks(int colour) const { return coloured_[static_cast<std::size_t>(colour)]; }
-  /// Index of the block with this coordinate; no_block where there is none.
+  /// Index of the own block with this coordinate; no_block where there is none.
   [[nodiscard]] std::int32_t find(const Index3& coordinate) const;
 
   [[nodiscard]] std::size_t particle_count() const;  ///< in all blocks, of all ranks
@@ -190,7 +191,7 @@ class Grid {
   MigrantLists migrants_;
   std::vector<std::int32_t> free_;
   std::unordered_map<std::uint64_t, std::int32_t> index_;
-  std::vector<std::int32_t> all_, occupied_, ghosts_, buffers_;
+  std::vector<std::int32_t> own_, occupied_, ghosts_, buffers_;
   Ranks* ranks_ = &one_rank();
   std::array<std::vector<std::int32_t>, 8> coloured_;
 };

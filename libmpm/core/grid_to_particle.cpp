@@ -268,7 +268,7 @@ void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
       if (offset[axis] < -1 || offset[axis] > 1) motion.within_reach = false;
     }
     if (!motion.within_reach) return;
-    m.to = static_cast<std::uint8_t>(neighbour_slot(offset[0], offset[1], offset[2]));
+    m.to = static_cast<std::uint8_t>(direction_of(offset[0], offset[1], offset[2]));
     grid.send(index, m);
     grid.remove(index, s);
   }

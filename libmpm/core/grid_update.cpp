@@ -61,7 +61,7 @@ Impulse constrain_block(const AnyOf& boundary, NodeBlock& nodes, const Index3& b
 /// Applies a scene's boundaries, one after another, and records the impulse on each.
 class BoundaryActions {
  public:
-  /// @param blocks  of Grid::all_blocks(), all or some, on which the boundaries act; solids with contact at their surface act on all
+  /// @param blocks  of Grid::own_blocks(), all or some, on which the boundaries act; solids with contact at their surface act on all
   BoundaryActions(Grid& grid, const GridForces& forces, double dt, double time, std::span<const std::int32_t> blocks)
       : grid_(grid),
         forces_(forces),
@@ -168,7 +168,7 @@ class BoundaryActions {
 }  // namespace
 
 ImpulseRecord update_grid(Grid& grid, const GridForces& forces, double dt, double time) {
-  const auto all = grid.all_blocks();
+  const auto all = grid.own_blocks();
   const Node gravity = {dt * forces.gravity.x(), dt * forces.gravity.y(), dt * forces.gravity.z(), 0.0};
   std::vector<double> mass(all.size());
   BoundaryActions boundaries(grid, forces, dt, time, all);

@@ -70,7 +70,7 @@ Columns extended(const Columns& columns, int before, int behind) {
 
 std::vector<std::int32_t> blocks_in(const Grid& grid, const Columns& columns) {
   std::vector<std::int32_t> blocks;
-  for (const auto b : grid.all_blocks()) {
+  for (const auto b : grid.own_blocks()) {
     const Index3& block = grid.block(b).coordinate;
     if (columns.contains(Eigen::Vector2i(block[0], block[1]))) blocks.push_back(b);
   }

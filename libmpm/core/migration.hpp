@@ -18,7 +18,7 @@ namespace mpm {
 struct Migrant {
   Particle particle;  ///< with its new position
   std::uint8_t cell;  ///< there
-  std::uint8_t to;    ///< neighbour_slot of that block
+  std::uint8_t to;    ///< direction of that block
 };
 
 /// The migrants of the blocks that one thread moves. The list is in pieces, so that it grows without a copy.

@@ -6,11 +6,11 @@
 namespace mpm {
 
 /// Adds the image of every particle to fields of momenta: to those of the grid between particle_to_grid and update_grid.
-/// @param blocks  of Grid::all_blocks(), all or some
+/// @param blocks  of Grid::own_blocks(), all or some
 void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, const NodeFields& fields, std::span<const std::int32_t> blocks);
 
 /// Renews the images behind the planes after boundaries have changed the velocities before them. Velocities before forces need no renewal,
-/// because no boundary changes them. @param blocks  of Grid::all_blocks(), all or some
+/// because no boundary changes them. @param blocks  of Grid::own_blocks(), all or some
 void reflect_velocities(Grid& grid, const MirrorPlanes& mirror, std::span<const std::int32_t> blocks);
 
 /// Fraction of a node that belongs to the computed part: 0 behind a mirror plane, a half on it.

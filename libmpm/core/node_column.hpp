@@ -39,7 +39,7 @@ inline NodeAt node_at(Grid& grid, std::int32_t block, int number, int axis, int 
   const int moved = place_along(axis, number) + by;
   int offset[3] = {0, 0, 0};
   offset[axis] = moved < 0 ? -1 : moved >= block_edge ? 1 : 0;
-  const std::int32_t to = grid.block(block).neighbour[static_cast<std::size_t>(neighbour_slot(offset[0], offset[1], offset[2]))];
+  const std::int32_t to = grid.block(block).neighbour[static_cast<std::size_t>(direction_of(offset[0], offset[1], offset[2]))];
   if (to == no_block) return {};
   const int there = number + (by - block_edge * offset[axis]) * node_stride(axis);
   return {&grid.velocities(to).node[there], to, there};

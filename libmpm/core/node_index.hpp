@@ -70,17 +70,17 @@ constexpr int halo_index(int x, int y, int z) { return x + halo_edge * (y + halo
 /// Index in a halo of the base node of a cell. @param cell  x + 4 y + 16 z
 inline int first_halo_node(int cell) { return halo_index(cell & 3, cell >> 2 & 3, cell >> 4); }
 
-/// Offset of a neighbour: dx, dy, dz in {-1, 0, 1}; 13 is the block itself, 26 - slot the opposite neighbour.
-constexpr int neighbour_slot(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
-/// Coordinate of a neighbour. @param slot  neighbour_slot
-constexpr Index3 neighbour_of(const Index3& block, int slot) {
-  return {block[0] + slot % 3 - 1, block[1] + slot / 3 % 3 - 1, block[2] + slot / 9 - 1};
+/// Direction of a neighbour, 0 .. 26, from dx, dy, dz in {-1, 0, 1}; 13 is the block itself, 26 - direction the opposite one.
+constexpr int direction_of(int dx, int dy, int dz) { return (dz + 1) * 9 + (dy + 1) * 3 + dx + 1; }
+/// Coordinate of a neighbour.
+constexpr Index3 neighbour_of(const Index3& block, int direction) {
+  return {block[0] + direction % 3 - 1, block[1] + direction / 3 % 3 - 1, block[2] + direction / 9 - 1};
 }
-/// The eight blocks (itself and its forward neighbours) that hold the nodes of a block's particles. Number k: bit 0 is one block along x,
-/// bit 1 along y, bit 2 along z.
-inline constexpr std::array<int, 8> forward_slots = {neighbour_slot(0, 0, 0), neighbour_slot(1, 0, 0), neighbour_slot(0, 1, 0),
-                                                     neighbour_slot(1, 1, 0), neighbour_slot(0, 0, 1), neighbour_slot(1, 0, 1),
-                                                     neighbour_slot(0, 1, 1), neighbour_slot(1, 1, 1)};
+/// Directions of the eight blocks (itself and its forward neighbours) that hold the nodes of a block's particles. Number k: bit 0 is one
+/// block along x, bit 1 along y, bit 2 along z.
+inline constexpr std::array<int, 8> forward_directions = {direction_of(0, 0, 0), direction_of(1, 0, 0), direction_of(0, 1, 0),
+                                                          direction_of(1, 1, 0), direction_of(0, 0, 1), direction_of(1, 0, 1),
+                                                          direction_of(0, 1, 1), direction_of(1, 1, 1)};
 /// Parity of a block's coordinates, a bit an axis: blocks of one colour share no node.
 constexpr int colour_of(const Index3& block) { return (block[0] & 1) | (block[1] & 1) << 1 | (block[2] & 1) << 2; }
 /// Whether block a comes before block b in every list and every sum: by z, then y, then x.
@@ -90,13 +90,13 @@ constexpr bool comes_before(const Index3& a, const Index3& b) {
 }
 
 /// Calls f(grid row, index of its first node in the halo, count) for every run of nodes that the halo shares with one block's storage.
-/// @param neighbour  numbers of those blocks, by neighbour_slot
+/// @param neighbour  numbers of those blocks, by direction
 template <class NodesOf, class F>
 inline void for_each_halo_row(const std::array<std::int32_t, 27>& neighbour, NodesOf&& nodes_of, F&& f) {
   for (int bz = 0; bz < 2; ++bz) {
     for (int by = 0; by < 2; ++by) {
-      auto* near = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(0, by, bz))]).node;
-      auto* far = nodes_of(neighbour[static_cast<std::size_t>(neighbour_slot(1, by, bz))]).node;
+      auto* near = nodes_of(neighbour[static_cast<std::size_t>(direction_of(0, by, bz))]).node;
+      auto* far = nodes_of(neighbour[static_cast<std::size_t>(direction_of(1, by, bz))]).node;
       for (int z = 0; z < (bz == 0 ? 4 : 2); ++z) {
         for (int y = 0; y < (by == 0 ? 4 : 2); ++y) {
           const int first = halo_index(0, 4 * by + y, 4 * bz + z);

@@ -168,10 +168,10 @@ inline void add_row(Node* node, const SingleQuad* row, int count, Node velocity)
 /// Sets nodes to zero that a block's particles touch, in the buffers that it has in place of its neighbours' nodes (Block::buffers).
 template <int fields>
 void clear_buffers(Grid& grid, const Block& block) {
-  for (std::size_t k = 0; k < forward_slots.size(); ++k) {
-    const auto slot = static_cast<std::size_t>(forward_slots[k]);
-    const std::int32_t buffer = (*block.buffers)[slot];
-    if (buffer == block.neighbour[slot]) continue;
+  for (std::size_t k = 0; k < forward_directions.size(); ++k) {
+    const auto direction = static_cast<std::size_t>(forward_directions[k]);
+    const std::int32_t buffer = (*block.buffers)[direction];
+    if (buffer == block.neighbour[direction]) continue;
     for (int f = 0; f < fields; ++f) {
       Node* const nodes = grid.field(f, buffer).node;
       for (int z = 0; z < ((k & 4U) != 0 ? 2 : block_edge); ++z) {
@@ -220,7 +220,7 @@ void scatter_outer(Grid& grid, const TransferOptions& options) {
 /// The other blocks, colour by colour.
 template <class Record, int fields>
 void scatter_inner(Grid& grid, const TransferOptions& options) {
-  const auto all = grid.all_blocks();
+  const auto all = grid.own_blocks();
 #pragma omp parallel
   {
 #pragma omp for schedule(static)

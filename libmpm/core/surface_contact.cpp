@@ -259,7 +259,7 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid, doub
   const double dx = grid.cell_size();
 
   std::int32_t lowest = 0, highest = -1;  // of the blocks in the stencil's columns
-  for (const auto index : grid.all_blocks()) {
+  for (const auto index : grid.own_blocks()) {
     const Index3& c = grid.block(index).coordinate;
     if (std::ranges::find(places.columns, std::array{c[0], c[1]}) == places.columns.end()) continue;
     if (highest < lowest) lowest = highest = c[2];

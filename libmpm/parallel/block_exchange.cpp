@@ -153,10 +153,10 @@ std::vector<std::int32_t> BlockExchange::required_blocks(Grid& grid) const {
   std::vector<std::int32_t> needed;
   for (const auto& [rank, blocks] : theirs_) {
     for (const Index3& block : blocks) {
-      needed.push_back(grid.block_at(block));
-      for (const int slot : forward_slots) {
-        const Index3 touched = neighbour_of(block, slot);
-        if (owns(touched)) needed.push_back(grid.block_at(touched));
+      needed.push_back(grid.find_or_create(block));
+      for (const int direction : forward_directions) {
+        const Index3 touched = neighbour_of(block, direction);
+        if (owns(touched)) needed.push_back(grid.find_or_create(touched));
       }
     }
   }

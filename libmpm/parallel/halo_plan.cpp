@@ -7,10 +7,10 @@ namespace mpm {
 
 namespace {
 
-/// The nodes of the block at forward offset k (forward_slots) that a block's particles touch.
+/// The nodes of the block at forward offset k (forward_directions) that a block's particles touch.
 constexpr Extent touched(int k) { return {(k & 1) != 0 ? 2 : 4, (k & 2) != 0 ? 2 : 4, (k & 4) != 0 ? 2 : 4}; }
 
-constexpr std::size_t forward(int k) { return static_cast<std::size_t>(forward_slots[static_cast<std::size_t>(k)]); }
+constexpr std::size_t forward(int k) { return static_cast<std::size_t>(forward_directions[static_cast<std::size_t>(k)]); }
 
 /// For each rank and block, the nodes that the rank needs: the smallest extent that covers what its blocks touch.
 using Needs = std::map<int, std::map<std::uint64_t, SentNodes>>;
@@ -76,7 +76,7 @@ void HaloPlan::find_touches(Grid& grid, const Ownership& ownership, const Border
   for (const auto& [rank, blocks] : theirs) {
     for (const Index3& giver : blocks) {
       for (int k = 1; k < 8; ++k) {
-        const Index3 coordinate = neighbour_of(giver, forward_slots[static_cast<std::size_t>(k)]);
+        const Index3 coordinate = neighbour_of(giver, forward_directions[static_cast<std::size_t>(k)]);
         if (!ownership.owns(coordinate)) continue;
         in_.push_back({giver, k, grid.find(coordinate), rank, no_block});
         shared.insert(in_.back().to);
@@ -99,14 +99,14 @@ HaloLayout HaloPlan::layout_of(const BlockChoice& givers) const {
   for (const Touch& t : out_) {
     if (!givers(t.giver)) continue;
     layout.parts_to[t.rank].push_back({t.buffer, touched(t.k)});
-    add_need(mine, t.rank, morton_key(neighbour_of(t.giver, forward_slots[static_cast<std::size_t>(t.k)])), t.to, touched(t.k));
+    add_need(mine, t.rank, morton_key(neighbour_of(t.giver, forward_directions[static_cast<std::size_t>(t.k)])), t.to, touched(t.k));
   }
   for (const Touch& t : in_) {
     if (!givers(t.giver)) continue;
     std::size_t& before = layout.parts_from[t.rank];
     summands[t.to].push_back({colour_of(t.giver), touched(t.k), t.rank, no_block, before});
     before += nodes_in(touched(t.k));
-    add_need(theirs, t.rank, morton_key(neighbour_of(t.giver, forward_slots[static_cast<std::size_t>(t.k)])), t.to, touched(t.k));
+    add_need(theirs, t.rank, morton_key(neighbour_of(t.giver, forward_directions[static_cast<std::size_t>(t.k)])), t.to, touched(t.k));
   }
   for (const Touch& t : own_) {
     if (givers(t.giver)) summands[t.to].push_back({colour_of(t.giver), touched(t.k), Summand::own, t.buffer, 0});

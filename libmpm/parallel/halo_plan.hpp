@@ -65,7 +65,7 @@ class HaloPlan {
   /// One block's particles touch nodes of another block.
   struct Touch {
     Index3 giver;         ///< block with the particles
-    int k;                ///< the other one's place in forward_slots
+    int k;                ///< the other one's place in forward_directions
     std::int32_t to;      ///< its index in the grid
     int rank;             ///< the other rank; Summand::own if both blocks are of this one
     std::int32_t buffer;  ///< for the parts; no_block if the giver is another rank's

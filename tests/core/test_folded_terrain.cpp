@@ -56,7 +56,7 @@ Grid random_grid(const Terrain& ground, unsigned seed) {
 
 Impulse fold(Grid& grid, const Terrain& ground, const MirrorPlanes& mirror = {}) {
   Impulse total;
-  for (const Impulse& taken : apply_folded_terrain(grid, ground, mirror, grid.all_blocks())) total += taken;
+  for (const Impulse& taken : apply_folded_terrain(grid, ground, mirror, grid.own_blocks())) total += taken;
   return total;
 }
 
@@ -76,7 +76,7 @@ TEST(FoldedTerrain, ThatIsLevelIsTheWallToTheLastBit) {
         for_each_node(on_wall, [&](Node& n, const Index3& at) { n = random(at); });
         const Impulse ground_impulse = fold(on_ground, ground);
         Impulse wall_impulse;
-        for (const Impulse& taken : apply_folded_wall(on_wall, wall, {}, 0.0, on_wall.all_blocks())) wall_impulse += taken;
+        for (const Impulse& taken : apply_folded_wall(on_wall, wall, {}, 0.0, on_wall.own_blocks())) wall_impulse += taken;
         for_each_node(on_ground, [&](Node& n, const Index3& at) {
           EXPECT_EQ(velocity_of(n), velocity_of(*find_node(on_wall, at))) << height << ' ' << at[2];
         });
@@ -230,9 +230,9 @@ TEST(FoldedTerrain, ChangesAFlowAlongCurvedGroundToSecondOrderInTheCellSize) {
 TEST(FoldedTerrain, IsTheSameOnAnyNumberOfThreads) {
   const Terrain ground{.field = ground_field(wavy, 4.0, 0.5), .contact = Contact::separable, .friction = 0.2};
   Grid one = random_grid(ground, 11), four = random_grid(ground, 11);
-  const auto first = apply_folded_terrain(one, ground, {}, one.all_blocks());
+  const auto first = apply_folded_terrain(one, ground, {}, one.own_blocks());
   omp_set_num_threads(4);
-  const auto second = apply_folded_terrain(four, ground, {}, four.all_blocks());
+  const auto second = apply_folded_terrain(four, ground, {}, four.own_blocks());
   omp_set_num_threads(1);
   for_each_node(one, [&](Node& n, const Index3& at) { EXPECT_EQ(velocity_of(n), velocity_of(*find_node(four, at))); });
   ASSERT_EQ(first.size(), second.size());

@@ -48,7 +48,7 @@ Grid random_grid(const Wall& wall, unsigned seed = 1) {
 
 Impulse fold(Grid& grid, const Wall& wall, const MirrorPlanes& mirror = {}, double time = 0.0) {
   Impulse total;
-  for (const Impulse& taken : apply_folded_wall(grid, wall, mirror, time, grid.all_blocks())) total += taken;
+  for (const Impulse& taken : apply_folded_wall(grid, wall, mirror, time, grid.own_blocks())) total += taken;
   return total;
 }
 
@@ -90,7 +90,7 @@ TEST(FoldedWall, OnAPlaneOfNodesIsTheMirrorImage) {
   Grid folded = filled(wall, pair, behind), mirrored = filled(wall, pair, behind);
   fold(folded, wall);
   for_each_node(mirrored, [](Node& n, const Index3&) { n *= Node{n[3], n[3], n[3], 1.0}; });
-  fold_mirror_planes(mirrored, {true, false}, NodeFields(mirrored), mirrored.all_blocks());
+  fold_mirror_planes(mirrored, {true, false}, NodeFields(mirrored), mirrored.own_blocks());
   int compared = 0;
   for_each_node(folded, [&](Node& n, const Index3& at) {
     if (std::abs(at[0]) > 1) return;
@@ -318,7 +318,7 @@ TEST(FoldedWall, TakesTheSurfaceVelocityOfItsColumn) {
   Wall inlet = wall_at(0, 1.0, 0.3, Contact::no_slip);
   inlet.speed = [](double height, double time) { return height + 10.0 * time; };
   Grid grid = random_grid(inlet, 11);
-  apply_folded_wall(grid, inlet, {}, 0.2, grid.all_blocks());
+  apply_folded_wall(grid, inlet, {}, 0.2, grid.own_blocks());
   for (int y = first_node(low[0]); y < first_node(high[0] + 2); ++y) {
     for (int z = first_node(low[0]); z < first_node(high[0] + 2); ++z) {
       const Vec3 surface(dx * z - inlet.point.z() + 2.0, 0.0, 0.0);

@@ -89,15 +89,15 @@ void expect_sound(const Grid& grid, const Oracle& oracle) {
     for (int n = 0; n < 8; ++n) needed.insert({c[0] + (n & 1), c[1] + (n >> 1 & 1), c[2] + (n >> 2)});
   }
   std::vector<Index3> there;
-  for (const auto b : grid.all_blocks()) there.push_back(grid.block(b).coordinate);
+  for (const auto b : grid.own_blocks()) there.push_back(grid.block(b).coordinate);
   ASSERT_TRUE(std::equal(there.begin(), there.end(), needed.begin(), needed.end()));
-  for (const auto b : grid.all_blocks()) {
+  for (const auto b : grid.own_blocks()) {
     const Index3& c = grid.block(b).coordinate;
     ASSERT_EQ(grid.find(c), b);
     for (int z = -1; z <= 1; ++z) {
       for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x) {
-          ASSERT_EQ(grid.block(b).neighbour[static_cast<std::size_t>(neighbour_slot(x, y, z))], grid.find({c[0] + x, c[1] + y, c[2] + z}));
+          ASSERT_EQ(grid.block(b).neighbour[static_cast<std::size_t>(direction_of(x, y, z))], grid.find({c[0] + x, c[1] + y, c[2] + z}));
         }
       }
     }
@@ -218,7 +218,7 @@ TEST(Grid, IsEmptyWithoutParticles) {
   grid.refresh();
   grid.migrate();
   EXPECT_EQ(grid.particle_count(), 0U);
-  EXPECT_TRUE(grid.all_blocks().empty());
+  EXPECT_TRUE(grid.own_blocks().empty());
   EXPECT_EQ(grid.find({0, 0, 0}), no_block);
 }
 
@@ -254,13 +254,13 @@ TEST(Grid, MemoryFollowsTheOccupiedVolumeAndIsGivenBack) {
   fill(with_jet, 45.0);
   // The jet crosses 45 m / 1 m = 45 block layers, is in at most 2 x 2 blocks of each and touches at most 3 x 3: a box would take 20 x
   // 10 x 45.
-  EXPECT_LE(with_jet.all_blocks().size(), flat.all_blocks().size() + 9 * 46);
-  EXPECT_GE(with_jet.all_blocks().size(), flat.all_blocks().size() + 44);
+  EXPECT_LE(with_jet.own_blocks().size(), flat.own_blocks().size() + 9 * 46);
+  EXPECT_GE(with_jet.own_blocks().size(), flat.own_blocks().size() + 44);
   // per block nodes, lists and neighbours; the particles' slabs and per-particle lists apart
   const std::size_t per_block = sizeof(NodeBlock) + sizeof(Block);
   const std::size_t per_particle = sizeof(Particle) * 4;  // pages are at worst a quarter full on average here; slabs of 2 MB
   EXPECT_LE(with_jet.bytes(),
-            with_jet.all_blocks().size() * 2 * per_block + with_jet.particle_count() * per_particle + (std::size_t{4} << 20));
+            with_jet.own_blocks().size() * 2 * per_block + with_jet.particle_count() * per_particle + (std::size_t{4} << 20));
 
   const std::size_t before = with_jet.bytes();
   for (int round = 0; round < 3; ++round) {
@@ -268,7 +268,7 @@ TEST(Grid, MemoryFollowsTheOccupiedVolumeAndIsGivenBack) {
       while (with_jet.block(b).particles.count() > 0) with_jet.remove(b, 0);
     }
     with_jet.migrate();
-    EXPECT_TRUE(with_jet.all_blocks().empty());
+    EXPECT_TRUE(with_jet.own_blocks().empty());
     EXPECT_EQ(with_jet.particle_count(), 0U);
     fill(with_jet, 45.0);
   }
@@ -301,9 +301,9 @@ TEST(Grid, RestoreGivesBackTheSameSlotsCellsAndLists) {
   copy.refresh();
   expect_sound(copy, oracle);
   EXPECT_TRUE(same_bytes(testing::stored_particles(grid), testing::stored_particles(copy)));
-  ASSERT_EQ(grid.all_blocks().size(), copy.all_blocks().size());
-  for (std::size_t i = 0; i < grid.all_blocks().size(); ++i) {
-    const Block &a = grid.block(grid.all_blocks()[i]), &b = copy.block(copy.all_blocks()[i]);
+  ASSERT_EQ(grid.own_blocks().size(), copy.own_blocks().size());
+  for (std::size_t i = 0; i < grid.own_blocks().size(); ++i) {
+    const Block &a = grid.block(grid.own_blocks()[i]), &b = copy.block(copy.own_blocks()[i]);
     EXPECT_EQ(a.coordinate, b.coordinate);
     EXPECT_EQ(a.particles.cell, b.particles.cell);
     EXPECT_EQ(a.particles.order, b.particles.order);

@@ -190,7 +190,7 @@ class GridUpdate : public ::testing::Test {
   };
   std::vector<NodeState> nodes(bool velocities) {
     std::vector<NodeState> all;
-    for (const auto b : grid.all_blocks()) {
+    for (const auto b : grid.own_blocks()) {
       const Index3& c = grid.block(b).coordinate;
       for (int n = 0; n < block_nodes; ++n) {
         const Node& v = grid.velocities(b).node[n];

@@ -54,7 +54,7 @@ Grid around(double radius, bool half = false) {
 using Field = std::function<Vec3(const Index3&)>;
 /// Sets the velocities before and after forces.
 void set_fields(Grid& grid, const Field& before, const Field& by_forces) {
-  for (const auto b : grid.all_blocks()) {
+  for (const auto b : grid.own_blocks()) {
     const Index3& c = grid.block(b).coordinate;
     for (int n = 0; n < block_nodes; ++n) {
       const Index3 at = node_index(c, n);
@@ -72,7 +72,7 @@ Field zero() {
 }
 
 std::vector<NodeBlock> correction_of(const Grid& grid, const SurfaceSolid& solid, double relaxed) {
-  std::vector<NodeBlock> change(static_cast<std::size_t>(*std::ranges::max_element(grid.all_blocks())) + 1);
+  std::vector<NodeBlock> change(static_cast<std::size_t>(*std::ranges::max_element(grid.own_blocks())) + 1);
   LumpedMassCorrection({&solid.solid()}, dx, density, relaxed).add_inner(grid, change);
   return change;
 }
@@ -82,7 +82,7 @@ struct Sums {
 };
 Sums sums_of(const Grid& grid, const std::vector<NodeBlock>& change) {
   Sums sums;
-  for (const auto b : grid.all_blocks()) {
+  for (const auto b : grid.own_blocks()) {
     for (int n = 0; n < block_nodes; ++n) {
       const Vec3 v = velocity_of(change[static_cast<std::size_t>(b)].node[n]);
       sums.total += v;
@@ -176,9 +176,9 @@ TEST(LumpedMass, HalfGivesWhatTheWholeGives) {
   set_fields(half, even, even);
   const auto of_whole = correction_of(whole, cylinder(1.0), 0.2);
   auto of_half = correction_of(half, cylinder(1.0), 0.2);
-  fold_mirror_planes(half, mirror, NodeFields(of_half), half.all_blocks());
+  fold_mirror_planes(half, mirror, NodeFields(of_half), half.own_blocks());
   double largest = 0.0;
-  for (const auto b : half.all_blocks()) {
+  for (const auto b : half.own_blocks()) {
     const Index3& c = half.block(b).coordinate;
     if (c[1] < 0) continue;
     for (int n = 0; n < block_nodes; ++n) {
@@ -215,7 +215,7 @@ Vec3 acceleration(double radius, const Vec3& x) {
 /// layers of a cell's fraction, on the windward side. @param corrected  with the correction
 double excess(double radius, bool corrected) {
   Grid grid = around(radius);
-  std::vector<Node> sums(grid.all_blocks().size() * block_nodes);
+  std::vector<Node> sums(grid.own_blocks().size() * block_nodes);
   const auto for_each_kernel = [&](auto&& f) {  // f(particle, its place, weight, node)
     grid.for_each_particle([&](const Particle& p) {
       const Vec3 x = testing::position_of(p);
@@ -240,7 +240,7 @@ double excess(double radius, bool corrected) {
   });
   if (corrected) {
     const auto change = correction_of(grid, cylinder(radius), 0.0);
-    for (const auto b : grid.all_blocks()) {
+    for (const auto b : grid.own_blocks()) {
       for (int n = 0; n < block_nodes; ++n) {
         Node& node = grid.velocities(b).node[n];
         if (node[3] > 0.0) node += Node{1, 1, 1, 0} * (change[static_cast<std::size_t>(b)].node[n] / node[3]);

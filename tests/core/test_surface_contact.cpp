@@ -318,7 +318,7 @@ TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
       ContactImpulse recorded{.first = first_node(low[2]),
                               .sides = std::vector<Impulse>(static_cast<std::size_t>(4 * (high[2] + 2 - low[2])))};
       apply_folded_faces(after, solid, {}, 300.0, 1e-3, recorded);
-      apply_folded_wall(folded, wall, {}, 0.0, folded.all_blocks());
+      apply_folded_wall(folded, wall, {}, 0.0, folded.own_blocks());
       std::map<std::array<int, 2>, ContactStencil::Column> columns;
       for (const auto& c : solid.stencil().columns) columns[solid.stencil().nodes[static_cast<std::size_t>(c.node)].at] = c;
       int held = 0, in_part = 0;
@@ -489,7 +489,7 @@ TEST(SurfaceContactOfAFace, OnAPlaneOfNodesIsTheFoldedWall) {
   const Wall wall{Vec3::Zero(), -Vec3::UnitX(), Contact::slip, 0.0, Vec3::Zero(), false, ContactRule::surface};
   Grid solid = face.filled(field, 0, 1.0), folded = face.filled(field, 0, 1.0);
   apply_surface_contact(solid, solid_of(face.outline));
-  apply_folded_wall(folded, wall, {}, 0.0, folded.all_blocks());
+  apply_folded_wall(folded, wall, {}, 0.0, folded.own_blocks());
   double worst = 0.0;
   for_each_node(solid, [&](Node& n, const Index3& at) {
     if (n[3] <= 0.0) return;

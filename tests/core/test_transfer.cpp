@@ -76,7 +76,7 @@ Node& node_at(Grid& grid, const std::array<int, 3>& n) {
 
 template <class F>
 void for_each_node(Grid& grid, F&& f) {
-  for (const auto b : grid.all_blocks()) {
+  for (const auto b : grid.own_blocks()) {
     const Index3& c = grid.block(b).coordinate;
     for (int n = 0; n < block_nodes; ++n) {
       f(grid.velocities(b).node[n], node_index(c, n));
@@ -202,7 +202,7 @@ TEST_P(TransferMode, GridToParticleIsTheSumOfTheDocstring) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-10.0, 10.0);
   for_each_node(grid, [&](Node& n, const auto&) { n = Node{unit(random), unit(random), unit(random), 1.0}; });
-  for (const auto b : grid.all_blocks()) {
+  for (const auto b : grid.own_blocks()) {
     if (apic) break;
     for (Node& n : grid.velocities_before_forces(b).node) n = Node{unit(random), unit(random), unit(random), 1.0};
   }

@@ -223,7 +223,7 @@ TEST(Ranks, WorkOnBlocksThatNeedNoMessagesBeforeTheyWaitForAny) {
         if (kind == MessageKind::parts) {  // in the first step: nodes are zero until particles add to them
           const auto& targets = block.targets();
           double mass = 0.0;
-          for (const Node& node : grid.momenta(targets[forward_slots[0]]).node) mass += node[3];
+          for (const Node& node : grid.momenta(targets[forward_directions[0]]).node) mass += node[3];
           EXPECT_GT(mass, 0.0);
           for (int s = 0; s < block.particles.count(); ++s) before[block.particles[s].id] = position(block.particles[s]);
         } else {

@@ -31,7 +31,7 @@ inline Node* find_node(Grid& grid, const Index3& n) {
 /// f(Node& with a velocity, const Index3&, fraction of it that belongs to the computed part)
 template <class F>
 void for_each_node(Grid& grid, const MirrorPlanes& mirror, F&& f) {
-  for (const auto b : grid.all_blocks()) {
+  for (const auto b : grid.own_blocks()) {
     const Index3& c = grid.block(b).coordinate;
     for (int n = 0; n < block_nodes; ++n) f(grid.velocities(b).node[n], node_index(c, n), computed_fraction(mirror, c, n));
   }
