@@ -169,7 +169,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
       error = BlockError{grid.block(blocks[i]).coordinate, instability_text(state, scene, options.dt, blocks[i], motion[i])};
     max_speed_squared = std::max(max_speed_squared, motion[i].max_speed_squared);
   }
-  state.max_speed = std::sqrt(ranks.agree(max_speed_squared, error));
+  state.max_speed = std::sqrt(ranks.largest_or_throw(max_speed_squared, error));
   for (const auto& of_block : taken) {
     for (const ParticleImpulse& t : of_block) impulses.add_to_contact(t.boundary, t.layer, t.impulse);
   }

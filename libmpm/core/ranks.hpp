@@ -115,8 +115,8 @@ class StepExchange {
   /// Before grid_to_particle of the outer blocks: waits for the nodes from other ranks.
   virtual void receive_nodes(const NodeFields& fields) = 0;
   /// When particles have moved. @returns the largest of all ranks' values.
-  /// @throws UnstableError, on all, with the error of the first block in their order
-  virtual double agree(double largest, const std::optional<BlockError>& error) = 0;
+  /// @throws UnstableError, on all, if a rank has an error: that of the first block in their order
+  virtual double largest_or_throw(double own, const std::optional<BlockError>& error) = 0;
   /// Moves migrants to blocks of other ranks from this rank's outboxes into those of the ghosts there.
   virtual void exchange_migrants(Grid& grid) = 0;
   /// Exchanges the lists of blocks with particles at the borders, and creates ghosts for those of other ranks.
@@ -124,7 +124,7 @@ class StepExchange {
   virtual std::vector<std::int32_t> announce(Grid& grid) = 0;
   /// Prepares the messages for the current blocks, and marks the outer ones (Block::outer).
   virtual void plan(Grid& grid) = 0;
-  /// Number of particles of all ranks, as of the last announce(). @param own  of this rank, which holds all before the first of these
+  /// Number of particles of all ranks, as of the last announce(). @param own  of this rank: the result before the first announce()
   [[nodiscard]] virtual std::size_t particle_count(std::size_t own) const = 0;
 
   /// Helps messages on their way. In a parallel region only the thread that calls the other functions may call it.
@@ -158,9 +158,9 @@ class OneRank : public Ranks {
   void add_parts(const NodeFields& /*fields*/) override {}
   void send_nodes(const NodeFields& /*fields*/, const BlockChoice& /*givers*/) override {}
   void receive_nodes(const NodeFields& /*fields*/) override {}
-  double agree(double largest, const std::optional<BlockError>& error) override {
+  double largest_or_throw(double own, const std::optional<BlockError>& error) override {
     if (error) throw UnstableError(error->text);
-    return largest;
+    return own;
   }
   void exchange_migrants(Grid& /*grid*/) override {}
   std::vector<std::int32_t> announce(Grid& /*grid*/) override { return {}; }

@@ -65,8 +65,8 @@ class TimeSeries {
   /// @param columns those after time_s. @throws Error if two have one name
   explicit TimeSeries(const std::vector<Column>& columns);
 
-  [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }   ///< without time_s
-  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }  ///< of all columns, time_s first
+  [[nodiscard]] const std::vector<Column>& columns() const { return columns_; }   ///< all, time_s first
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }  ///< of all columns
   [[nodiscard]] std::size_t size() const { return values_.front().size(); }       ///< rows
 
   /// @param row one number a column

@@ -10,7 +10,7 @@ constexpr double renewed = 0.5;  ///< by each measurement: a block's state chang
 
 }  // namespace
 
-void BlockCosts::reserve(std::size_t numbers) { measured_.resize(std::max(numbers, measured_.size())); }
+void BlockCosts::reserve(std::size_t index_end) { measured_.resize(std::max(index_end, measured_.size())); }
 
 void BlockCosts::note(const Block& block, std::int32_t number, int particles, double time) noexcept {
   Measured& m = measured_[static_cast<std::size_t>(number)];

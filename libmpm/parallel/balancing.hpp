@@ -61,8 +61,8 @@ class StepClock {
 /// Computing time of a step for each particle, by block.
 class BlockCosts {
  public:
-  /// Makes room. @param numbers  Grid::numbers()
-  void reserve(std::size_t numbers);
+  /// Makes room. @param index_end  Grid::index_end()
+  void reserve(std::size_t index_end);
   /// Notes what a block's particles took. Threads may note different blocks at the same time. @param time  s
   void note(const Block& block, std::int32_t number, int particles, double time) noexcept;
   /// Notes what a whole step took on this rank. @param time  computing time of all threads, without waiting, s

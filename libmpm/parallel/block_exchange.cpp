@@ -63,8 +63,8 @@ void BlockExchange::done() {
   if (const auto computed = clock_.stop()) costs_.note_step(omp_get_max_threads() * *computed, own_cost_);
 }
 
-double BlockExchange::agree(double largest, const std::optional<BlockError>& error) {
-  double numbers[2] = {std::isfinite(largest) ? largest : 0.0, error ? 1.0 : 0.0};
+double BlockExchange::largest_or_throw(double own, const std::optional<BlockError>& error) {
+  double numbers[2] = {std::isfinite(own) ? own : 0.0, error ? 1.0 : 0.0};
   reduce(sizeof numbers);
   {
     const StepClock::Waiting waiting(clock_, counts_.reduction_wait);

@@ -51,7 +51,7 @@ class BlockExchange : public Ranks {
   void add_parts(const NodeFields& fields) override { halo_.add_parts(fields); }
   void send_nodes(const NodeFields& fields, const BlockChoice& givers = {}) override { halo_.send_nodes(fields, plan_.of(givers)); }
   void receive_nodes(const NodeFields& fields) override { halo_.receive_nodes(fields); }
-  double agree(double largest, const std::optional<BlockError>& error) override;
+  double largest_or_throw(double own, const std::optional<BlockError>& error) override;
   void exchange_migrants(Grid& grid) override;
   std::vector<std::int32_t> announce(Grid& grid) override;
   void plan(Grid& grid) override;

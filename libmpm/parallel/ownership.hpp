@@ -15,7 +15,6 @@ class Ownership {
   Ownership(Transport& transport, const Balancing& balancing)
       : transport_(transport), balancing_(balancing), trials_(balancing, transport.size()), partition_(transport.size()) {}
 
-  [[nodiscard]] const Partition& partition() const { return partition_; }                                      ///< as it is now
   [[nodiscard]] int owner(const Index3& block) const { return partition_.owner(block); }                       ///< rank
   [[nodiscard]] bool owns(const Index3& block) const { return partition_.owner(block) == transport_.rank(); }  ///< whether this rank does
   /// Whether the time that particles take is measured in this step: in every eighth, which costs less than 0.1 % of a step.

@@ -47,11 +47,11 @@ class Partition {
   explicit Partition(int ranks);
   bool operator==(const Partition&) const = default;
 
-  [[nodiscard]] int owner(const Index3& block) const;                          ///< rank
-  [[nodiscard]] bool at_border(const Index3& block) const;                     ///< whether a neighbour of the block has another owner
-  [[nodiscard]] std::uint64_t key(const Index3& block) const;                  ///< of its representative
-  [[nodiscard]] const JoinedBlocks& joined() const { return joined_; }         ///< blocks that have one owner together
-  void join(const JoinedBlocks& joined) { joined_ = joined; }                  ///< from now on
+  [[nodiscard]] int owner(const Index3& block) const;          ///< rank
+  [[nodiscard]] bool at_border(const Index3& block) const;     ///< whether a neighbour of the block has another owner
+  [[nodiscard]] std::uint64_t key(const Index3& block) const;  ///< of its representative
+  /// From now on these blocks have one owner together.
+  void join(const JoinedBlocks& joined) { joined_ = joined; }
   [[nodiscard]] const Curve& curve() const { return curve_; }                  ///< through the blocks
   [[nodiscard]] std::span<const std::uint64_t> cuts() const { return cuts_; }  ///< rank r owns keys from cuts[r - 1] to below cuts[r]
   /// Takes other cuts, ascending, one fewer than ranks.
