@@ -41,7 +41,7 @@ void sort(Grid& grid) {
 void update_nodes(Problem& problem, double dt) {
   const Scene& scene = problem.scene;
   Grid& grid = problem.state.grid;
-  fold_mirror_planes(grid, scene.mirror, NodeFields(grid), grid.own_blocks());
+  add_mirror_images(grid, scene.mirror, NodeFields(grid), grid.own_blocks());
   (void)update_grid(grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror, density(scene)}, dt, problem.state.time)
       .total(one_rank());
 }

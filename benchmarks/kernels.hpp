@@ -16,7 +16,7 @@ void gather(Grid& grid, const TransferOptions& options);
 void apply_law(Grid& grid, const AnyMaterial& material, double dt);
 /// collect_migrants on all blocks, then Grid::migrate.
 void sort(Grid& grid);
-/// Folding, v_i = p_i / m_i + dt g, boundaries.
+/// Mirror images, v_i = p_i / m_i + dt g, boundaries.
 void update_nodes(Problem& problem, double dt);
 /// Gives all nodes the velocity (1, 1, 1) m/s.
 void set_uniform_velocity(Grid& grid);

@@ -227,7 +227,7 @@ void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, doubl
   corrected.add_outer(grid, correction);
   ranks.send_parts(NodeFields(correction), near);
   ranks.add_parts(NodeFields(correction));
-  fold_mirror_planes(grid, mirror, NodeFields(correction), acted);
+  add_mirror_images(grid, mirror, NodeFields(correction), acted);
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < changed.size(); ++i) {
     const NodeBlock &before = untried[static_cast<std::size_t>(changed[i])], &more = correction[static_cast<std::size_t>(changed[i])];

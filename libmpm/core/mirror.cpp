@@ -22,35 +22,29 @@ void for_each_mirrored_node(const Grid& grid, std::span<const std::int32_t> bloc
   }
 }
 
-/// Adds the image of each node behind the plane to that before it, doubles the nodes on it, and sets those behind to the images.
-template <class NodesOf>
-void fold(const Grid& grid, std::span<const std::int32_t> blocks, int axis, NodesOf&& nodes_of) {
-  for_each_mirrored_node(grid, blocks, axis, nodes_of, [](Node& plane, Node& before, Node& behind, Node flip) {
-    plane += flip * plane;
-    before += flip * behind;
-    behind = flip * before;
-  });
-}
-
-/// Renews the nodes behind the plane as images of those before it, whose velocities a boundary may have changed.
-void reflect(Grid& grid, std::span<const std::int32_t> blocks, int axis) {
-  const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return grid.velocities(b); };
-  for_each_mirrored_node(grid, blocks, axis, nodes_of,
-                         [](const Node&, const Node& before, Node& behind, Node flip) { behind = flip * before; });
-}
-
 }  // namespace
 
-void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, const NodeFields& fields, std::span<const std::int32_t> blocks) {
+void add_mirror_images(const Grid& grid, const MirrorPlanes& mirror, const NodeFields& fields, std::span<const std::int32_t> blocks) {
   for (int axis = 0; axis < 2; ++axis) {
     if (!mirror.across(axis)) continue;
-    for (int f = 0; f < fields.count(); ++f) fold(grid, blocks, axis, [&](std::int32_t b) -> NodeBlock& { return fields.of(b, f); });
+    for (int f = 0; f < fields.count(); ++f) {
+      const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return fields.of(b, f); };
+      for_each_mirrored_node(grid, blocks, axis, nodes_of, [](Node& plane, Node& before, Node& behind, Node flip) {
+        plane += flip * plane;  // its own image: cancels the normal momentum
+        before += flip * behind;
+        behind = flip * before;
+      });
+    }
   }
 }
 
 void reflect_velocities(Grid& grid, const MirrorPlanes& mirror, std::span<const std::int32_t> blocks) {
-  if (mirror.x) reflect(grid, blocks, 0);
-  if (mirror.y) reflect(grid, blocks, 1);
+  const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return grid.velocities(b); };
+  for (int axis = 0; axis < 2; ++axis) {
+    if (!mirror.across(axis)) continue;
+    for_each_mirrored_node(grid, blocks, axis, nodes_of,
+                           [](const Node&, const Node& before, Node& behind, Node flip) { behind = flip * before; });
+  }
 }
 
 }  // namespace mpm

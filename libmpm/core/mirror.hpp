@@ -6,8 +6,8 @@
 namespace mpm {
 
 /// Adds the image of every particle to fields of momenta: to those of the grid between particle_to_grid and update_grid.
-/// @param blocks  of Grid::own_blocks(), all or some
-void fold_mirror_planes(const Grid& grid, const MirrorPlanes& mirror, const NodeFields& fields, std::span<const std::int32_t> blocks);
+/// @param grid  knows where the blocks are. @param fields  are changed. @param blocks  of Grid::own_blocks(), all or some
+void add_mirror_images(const Grid& grid, const MirrorPlanes& mirror, const NodeFields& fields, std::span<const std::int32_t> blocks);
 
 /// Renews the images behind the planes after boundaries have changed the velocities before them. Velocities before forces need no renewal,
 /// because no boundary changes them. @param blocks  of Grid::own_blocks(), all or some

@@ -65,7 +65,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   timed(&StepTimes::particle_to_grid, [&] { particle_to_grid(grid, options); });  // m_i, p_i, dt f_i
 
   ImpulseRecord record = timed(&StepTimes::grid_update, [&] {
-    fold_mirror_planes(grid, scene.mirror, NodeFields(grid), grid.own_blocks());
+    add_mirror_images(grid, scene.mirror, NodeFields(grid), grid.own_blocks());
     return update_grid(grid, forces, dt, state.time);  // v_i, contact
   });
   ranks.send_nodes(NodeFields(grid));

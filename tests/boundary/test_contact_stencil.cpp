@@ -415,7 +415,7 @@ TEST_P(SymmetricStencil, HoldsDeepNodesSymmetrically) {
 
 /// Half of a symmetric outline, with what is behind the mirror plane replaced by its image, against the whole: the same rows give the same
 /// values of a symmetric field, and their impulses the same changes of velocity.
-TEST_P(SymmetricStencil, AtAMirrorPlaneIsTheFoldedStencilOfTheWhole) {
+TEST_P(SymmetricStencil, AtAMirrorPlaneAddsTheImagesOfTheWholeStencil) {
   const ContactStencil half = contact_stencil(outline, dx, {false, true});
   const auto field = [](const Place& at) {
     std::minstd_rand random(static_cast<unsigned>(1000 * (at[0] + 100) + std::abs(at[1]) + 1));

@@ -90,7 +90,7 @@ TEST(FoldedWall, OnAPlaneOfNodesIsTheMirrorImage) {
   Grid folded = filled(wall, pair, behind), mirrored = filled(wall, pair, behind);
   fold(folded, wall);
   for_each_node(mirrored, [](Node& n, const Index3&) { n *= Node{n[3], n[3], n[3], 1.0}; });
-  fold_mirror_planes(mirrored, {true, false}, NodeFields(mirrored), mirrored.own_blocks());
+  add_mirror_images(mirrored, {true, false}, NodeFields(mirrored), mirrored.own_blocks());
   int compared = 0;
   for_each_node(folded, [&](Node& n, const Index3& at) {
     if (std::abs(at[0]) > 1) return;

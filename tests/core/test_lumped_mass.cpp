@@ -176,7 +176,7 @@ TEST(LumpedMass, HalfGivesWhatTheWholeGives) {
   set_fields(half, even, even);
   const auto of_whole = correction_of(whole, cylinder(1.0), 0.2);
   auto of_half = correction_of(half, cylinder(1.0), 0.2);
-  fold_mirror_planes(half, mirror, NodeFields(of_half), half.own_blocks());
+  add_mirror_images(half, mirror, NodeFields(of_half), half.own_blocks());
   double largest = 0.0;
   for (const auto b : half.own_blocks()) {
     const Index3& c = half.block(b).coordinate;
