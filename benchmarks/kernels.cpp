@@ -42,8 +42,12 @@ void update_nodes(Problem& problem, double dt) {
   const Scene& scene = problem.scene;
   Grid& grid = problem.state.grid;
   add_mirror_images(grid, scene.mirror, NodeFields(grid), grid.own_blocks());
-  (void)update_grid(grid, {scene.boundaries, scene.layered, scene.gravity, scene.mirror, density(scene)}, dt, problem.state.time)
-      .total(one_rank());
+  const GridConditions conditions{.boundaries = scene.boundaries,
+                                  .layered = scene.layered,
+                                  .gravity = scene.gravity,
+                                  .mirror = scene.mirror,
+                                  .density = density(scene)};
+  (void)update_grid(grid, conditions, dt, problem.state.time).total(one_rank());
 }
 
 void set_uniform_velocity(Grid& grid) {

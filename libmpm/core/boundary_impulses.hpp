@@ -36,13 +36,13 @@ struct ContactImpulse {
 struct BoundaryImpulses {
   double mass = 0.0;                  ///< on the grid, kg: its momentum grew by dt g m
   std::vector<Impulse> impulses;      ///< on each boundary. At a node of several boundaries each has its own part
-  std::vector<LayerImpulses> layers;  ///< of the boundaries in GridForces::layered, in that order
+  std::vector<LayerImpulses> layers;  ///< of the boundaries in GridConditions::layered, in that order
 };
 
 /// What one rank records. The sum comes later, so that no rank has to wait for the others between its grid and its particles.
 class ImpulseRecord {
  public:
-  /// @param boundaries  their number. @param layered  GridForces::layered
+  /// @param boundaries  their number. @param layered  GridConditions::layered
   ImpulseRecord(std::size_t boundaries, std::span<const std::size_t> layered)
       : layered_(layered), boundaries_(boundaries), sums_(1 + impulse_numbers * boundaries), layers_(layered.size()) {}
 

@@ -15,7 +15,7 @@ namespace mpm {
 namespace {
 
 /// Velocities from momenta, with the change by gravity. Returns the mass of the computed part, kg.
-/// @param forces  not null: momenta of internal forces that are kept apart; gets the velocities before forces. @param gravity  {dt g, 0}
+/// @param forces  null, or momenta of internal forces that are kept apart; gets the velocities before forces. @param gravity  {dt g, 0}
 double velocities_of(NodeBlock& nodes, NodeBlock* forces, const Index3& block, const MirrorPlanes& mirror, const Node& gravity) {
   const bool cut = is_cut(mirror, block);
   double mass = 0.0;
@@ -62,20 +62,20 @@ Impulse constrain_block(const AnyOf& boundary, NodeBlock& nodes, const Index3& b
 class BoundaryActions {
  public:
   /// @param blocks  of Grid::own_blocks(), all or some, on which the boundaries act; solids with contact at their surface act on all
-  BoundaryActions(Grid& grid, const GridForces& forces, double dt, double time, std::span<const std::int32_t> blocks)
+  BoundaryActions(Grid& grid, const GridConditions& conditions, double dt, double time, std::span<const std::int32_t> blocks)
       : grid_(grid),
-        forces_(forces),
+        conditions_(conditions),
         dt_(dt),
         time_(time),
         blocks_(blocks),
         layers_(block_edge * blocks.size()),
-        taken_(blocks.size() * forces.boundaries.size()),
-        by_layer_(forces.layered.size() * layers_, Vec3::Zero()) {}
+        taken_(blocks.size() * conditions.boundaries.size()),
+        by_layer_(conditions.layered.size() * layers_, Vec3::Zero()) {}
 
   /// The end of the run of boundaries from `first` on that act on each node by itself.
   [[nodiscard]] std::size_t end_of_nodal(std::size_t first) const {
     std::size_t b = first;
-    while (b < forces_.boundaries.size() && nodal(b)) ++b;
+    while (b < conditions_.boundaries.size() && nodal(b)) ++b;
     return b;
   }
 
@@ -87,36 +87,37 @@ class BoundaryActions {
     const double dx = grid_.cell_size();
     const Vec3 low = node_position(block, 0, dx), high = low + Vec3::Constant((block_edge - 1) * dx);
     for (std::size_t b = first; b < last; ++b) {
-      const std::size_t place = place_of(b);
-      Vec3* const layers = place < forces_.layered.size() ? &by_layer_[place * layers_ + block_edge * i] : nullptr;
+      const std::size_t k = layered_index(b);
+      Vec3* const layers = k < conditions_.layered.size() ? &by_layer_[k * layers_ + block_edge * i] : nullptr;
       std::visit(
           [&](const auto& boundary) {
             if constexpr (ActsOnNodes<std::decay_t<decltype(boundary)>>) {
               if (boundary.reaches(low, high, time_))
-                taken_[i * forces_.boundaries.size() + b] = constrain_block(boundary, nodes, block, forces_.mirror, dx, time_, layers);
+                taken_[i * conditions_.boundaries.size() + b] =
+                    constrain_block(boundary, nodes, block, conditions_.mirror, dx, time_, layers);
             }
           },
-          forces_.boundaries[b]);
+          conditions_.boundaries[b]);
     }
   }
 
   /// Lets boundary b act, which acts on several nodes together.
   void act(std::size_t b) {
-    const Boundary& boundary = forces_.boundaries[b];
+    const Boundary& boundary = conditions_.boundaries[b];
     if (const auto* solid = std::get_if<SurfaceSolid>(&boundary)) {
-      ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid, forces_.density, dt_);
-      apply_folded_faces(grid_, *solid, forces_.mirror, forces_.density, dt_, impulse);
+      ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid, conditions_.density, dt_);
+      apply_folded_faces(grid_, *solid, conditions_.mirror, conditions_.density, dt_, impulse);
     } else {
       const auto* const terrain = std::get_if<Terrain>(&boundary);
-      const auto by_block = terrain != nullptr ? apply_folded_terrain(grid_, *terrain, forces_.mirror, blocks_)
-                                               : apply_folded_wall(grid_, std::get<Wall>(boundary), forces_.mirror, time_, blocks_);
-      for (std::size_t i = 0; i < by_block.size(); ++i) taken_[i * forces_.boundaries.size() + b] = by_block[i];
+      const auto by_block = terrain != nullptr ? apply_folded_terrain(grid_, *terrain, conditions_.mirror, blocks_)
+                                               : apply_folded_wall(grid_, std::get<Wall>(boundary), conditions_.mirror, time_, blocks_);
+      for (std::size_t i = 0; i < by_block.size(); ++i) taken_[i * conditions_.boundaries.size() + b] = by_block[i];
     }
   }
 
   /// Lets boundaries first, first + 1, ... to the last act, in turn.
   void act_from(std::size_t first) {
-    while (first < forces_.boundaries.size()) {
+    while (first < conditions_.boundaries.size()) {
       act(first);
       const std::size_t next = first + 1;
       first = end_of_nodal(next);
@@ -128,12 +129,12 @@ class BoundaryActions {
 
   /// What was recorded. @param mass  of each block
   ImpulseRecord result(std::span<const double> mass) && {
-    const std::size_t count = forces_.boundaries.size();
-    ImpulseRecord record(count, forces_.layered);
+    const std::size_t count = conditions_.boundaries.size();
+    ImpulseRecord record(count, conditions_.layered);
     for (const double m : mass) record.add_mass(m);
     for (std::size_t n = 0; n < taken_.size(); ++n) record.add_impulse(n % count, taken_[n]);
-    for (std::size_t k = 0; k < forces_.layered.size(); ++k) {
-      if (!nodal(forces_.layered[k])) continue;
+    for (std::size_t k = 0; k < conditions_.layered.size(); ++k) {
+      if (!nodal(conditions_.layered[k])) continue;
       for (std::size_t i = 0; i < blocks_.size(); ++i) {
         const std::span<const Vec3, block_edge> layers(&by_layer_[k * layers_ + block_edge * i], std::size_t{block_edge});
         record.add_layers(k, grid_.block(blocks_[i]).coordinate, layers);
@@ -145,18 +146,19 @@ class BoundaryActions {
 
  private:
   [[nodiscard]] bool nodal(std::size_t b) const {
-    const Boundary& boundary = forces_.boundaries[b];
+    const Boundary& boundary = conditions_.boundaries[b];
     if (const auto* const terrain = std::get_if<Terrain>(&boundary)) return terrain->rule == ContactRule::nodal;
     const auto* const wall = std::get_if<Wall>(&boundary);
-    return acts_on_nodes(boundary) && (wall == nullptr || !folds(*wall, forces_.boundaries, forces_.mirror, grid_.cell_size(), time_));
+    return acts_on_nodes(boundary) &&
+           (wall == nullptr || !folds(*wall, conditions_.boundaries, conditions_.mirror, grid_.cell_size(), time_));
   }
   /// Index of a boundary among those whose impulses are recorded by layer; past the end for the others.
-  [[nodiscard]] std::size_t place_of(std::size_t b) const {
-    return static_cast<std::size_t>(std::ranges::find(forces_.layered, b) - forces_.layered.begin());
+  [[nodiscard]] std::size_t layered_index(std::size_t b) const {
+    return static_cast<std::size_t>(std::ranges::find(conditions_.layered, b) - conditions_.layered.begin());
   }
 
   Grid& grid_;
-  const GridForces& forces_;
+  const GridConditions& conditions_;
   double dt_, time_;
   std::span<const std::int32_t> blocks_;
   std::size_t layers_;                              ///< of nodes, in these blocks
@@ -167,26 +169,26 @@ class BoundaryActions {
 
 }  // namespace
 
-ImpulseRecord update_grid(Grid& grid, const GridForces& forces, double dt, double time) {
-  const auto all = grid.own_blocks();
-  const Node gravity = {dt * forces.gravity.x(), dt * forces.gravity.y(), dt * forces.gravity.z(), 0.0};
-  std::vector<double> mass(all.size());
-  BoundaryActions boundaries(grid, forces, dt, time, all);
+ImpulseRecord update_grid(Grid& grid, const GridConditions& conditions, double dt, double time) {
+  const auto blocks = grid.own_blocks();
+  const Node gravity = {dt * conditions.gravity.x(), dt * conditions.gravity.y(), dt * conditions.gravity.z(), 0.0};
+  std::vector<double> mass(blocks.size());
+  BoundaryActions boundaries(grid, conditions, dt, time, blocks);
   const std::size_t next = boundaries.end_of_nodal(0);
 #pragma omp parallel for schedule(static, 8)
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    NodeBlock* const internal = grid.keeps_forces_apart() ? &grid.force_impulses(all[i]) : nullptr;
-    mass[i] = velocities_of(grid.momenta(all[i]), internal, grid.block(all[i]).coordinate, forces.mirror, gravity);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    NodeBlock* const internal = grid.keeps_forces_apart() ? &grid.force_impulses(blocks[i]) : nullptr;
+    mass[i] = velocities_of(grid.momenta(blocks[i]), internal, grid.block(blocks[i]).coordinate, conditions.mirror, gravity);
     boundaries.act_on_block(i, 0, next);
   }
   if (grid.keeps_forces_apart()) {
-    // Around an obstacle the other boundaries act twice: once on trial, because the accelerations to be corrected are those with contact,
-    // and then on the corrected velocities, because contact must hold for these. The impulses of the trial are not recorded.
-    correct_lumped_mass(grid, forces.boundaries, forces.density, forces.relaxed, forces.mirror,
-                        [&](std::span<const std::int32_t> near) { BoundaryActions(grid, forces, dt, time, near).act_from(next); });
+    // Around a solid all boundaries from `next` on, the solid included, act twice: on trial, because the accelerations to be corrected are
+    // those with contact, and then on the corrected velocities. The impulses of the trial are not recorded. Those before act once, above.
+    correct_lumped_mass(grid, conditions.boundaries, conditions.density, conditions.relaxed, conditions.mirror,
+                        [&](std::span<const std::int32_t> near) { BoundaryActions(grid, conditions, dt, time, near).act_from(next); });
   }
   boundaries.act_from(next);
-  reflect_velocities(grid, forces.mirror, all);
+  reflect_velocities(grid, conditions.mirror, blocks);
 
   return std::move(boundaries).result(mass);
 }

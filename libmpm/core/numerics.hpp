@@ -13,8 +13,8 @@ namespace mpm {
 enum class Transfer : std::uint8_t {
   apic,   ///< affine (Jiang et al. 2015): a particle takes the grid's velocity and gradient, and forgets its own
   flip,   ///< a blend of PIC and FLIP, without the affine part
-  aflip,  ///< affine, and a particle keeps the part of its velocity that is not representable on the grid (Fei et al. 2021); that
-          ///< part decays over a fixed time, not by a fixed fraction in each step
+  aflip,  ///< affine, and a particle keeps the part of its velocity that is not representable on the grid (Fei et al. 2021); that part
+          ///< decays in the time in which a wave travels relaxation_cells cells: a shorter step removes less
 };
 
 /// What a step reads.

@@ -28,7 +28,7 @@ double retained_fraction(const State& state, const Scene& scene, double dt) {
 
 constexpr double collapse_ratio = 1e-4;  ///< a step below this fraction of the step at rest is a collapse: the run would never end
 
-/// Uses one thread for a step with so little work that waking the others costs more than it saves. The results have the same bits.
+/// Sets OpenMP to one thread until the end of the scope, on all ranks alike, where waking the others costs more than it saves. Same bits.
 class ThreadsForWork {
  public:
   explicit ThreadsForWork(std::size_t particles) : threads_(omp_get_max_threads()) {
@@ -54,7 +54,12 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
                                 .affine = scene.numerics.transfer != Transfer::flip,
                                 .retained = retained_fraction(state, scene, dt),
                                 .shock_viscosity = keeps_compaction(scene.material) ? scene.numerics.shock_viscosity : 0.0};
-  const GridForces forces{scene.boundaries, scene.layered, scene.gravity, scene.mirror, options.density, 1.0 - options.retained};
+  const GridConditions conditions{.boundaries = scene.boundaries,
+                                  .layered = scene.layered,
+                                  .gravity = scene.gravity,
+                                  .mirror = scene.mirror,
+                                  .density = options.density,
+                                  .relaxed = 1.0 - options.retained};
   const ThreadsForWork threads(grid.particle_count());
   const PhaseTimer timed(times);
   StepReport report{.dt = dt};
@@ -66,7 +71,7 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
 
   ImpulseRecord record = timed(&StepTimes::grid_update, [&] {
     add_mirror_images(grid, scene.mirror, NodeFields(grid), grid.own_blocks());
-    return update_grid(grid, forces, dt, state.time);  // v_i, contact
+    return update_grid(grid, conditions, dt, state.time);  // v_i, contact
   });
   ranks.send_nodes(NodeFields(grid));
 
