@@ -156,8 +156,8 @@ void PlainGrid::update(const Scene& scene, double dt, double time) {
         for (const Boundary& boundary : scene.boundaries) {
           std::visit(
               [&](const auto& b) {
-                if constexpr (ActsOnNodes<std::decay_t<decltype(b)>>) {
-                  v = b.covers(position, time) ? b.constrain(position, v) : v;
+                if constexpr (HasConstrain<std::decay_t<decltype(b)>>) {
+                  v = b.covers(position, time) ? b.constrain(position, v, time) : v;
                 } else {
                   fail("the plain reference knows boundaries only that act on each node by itself");
                 }

@@ -24,9 +24,9 @@
 
 namespace mpm {
 
-/// A boundary that acts on each node by itself.
+/// A boundary that can act on each node by itself.
 template <class B>
-concept ActsOnNodes = requires(const B boundary, const Vec3 v) {
+concept HasConstrain = requires(const B boundary, const Vec3 v) {
   { boundary.constrain(v, v, 0.0) } -> std::same_as<Vec3>;
 };
 
@@ -60,7 +60,7 @@ struct BoundaryTables : detail::TablesOf<Boundary> {};
 
 /// Whether it can act on each node by itself; a wall or the ground may be folded nevertheless.
 inline bool acts_on_nodes(const Boundary& boundary) {
-  return std::visit([]<class B>(const B&) { return ActsOnNodes<B>; }, boundary);
+  return std::visit([]<class B>(const B&) { return HasConstrain<B>; }, boundary);
 }
 
 /// The geometry of a solid; null for another boundary.

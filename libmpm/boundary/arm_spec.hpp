@@ -17,11 +17,11 @@ struct ArmSpec {
   /// Its geometry, on this obstacle; the part inside the obstacle is never reached by snow.
   [[nodiscard]] UprightSolid solid(const ObstacleSpec& obstacle) const {
     UprightSolid solid{BoxShape{.width = length, .depth = depth}.outline(), base, height};
-    solid.translate({front(obstacle), 0.0, 0.0});
+    solid.translate({front_x(obstacle), 0.0, 0.0});
     return solid;
   }
   /// x of its upstream face, m.
-  [[nodiscard]] double front(const ObstacleSpec& obstacle) const { return outline_of(obstacle.shape).centre().x() - 0.5 * depth; }
+  [[nodiscard]] double front_x(const ObstacleSpec& obstacle) const { return outline_of(obstacle.shape).centre().x() - 0.5 * depth; }
 
   /// The keys of [arm] (base/parameter.hpp).
   template <class Table>

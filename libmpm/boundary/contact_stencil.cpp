@@ -12,7 +12,7 @@ namespace mpm {
 
 namespace {
 
-constexpr double rounding = 1e-9;           // cells
+constexpr double rounding = 1e-9;           // cells, and of unit vectors
 constexpr double extended_from = 0.5;       // cells behind the surface: nearer nodes are held by the points
 constexpr double extended_to = 2.6;         // cells behind the surface: end of the support of points before it
 constexpr double ambiguous_distance = 0.5;  // cells: between two sides of equal distance the direction to extend along is ambiguous
@@ -149,7 +149,7 @@ class StencilBuilder {
  private:
   /// Direction of the present row at a node: that of the row, or for a point on a circle that at the node's own position.
   [[nodiscard]] Vec2 direction_at(const Vec2& node) const {
-    if (!circle_ || stencil.rows.back().kind != ContactRow::Kind::surface) return normal_;
+    if (!circle_ || stencil.rows.back().kind != ContactRow::Kind::point) return normal_;
     const Vec2 from_centre = node - circle_->centre;
     const double radius = from_centre.norm();
     return radius > no_direction ? Vec2(from_centre / radius) : normal_;
@@ -210,13 +210,13 @@ void add_columns(StencilBuilder& builder, const Outline& outline, double cell_si
 }
 
 /// Rows of the points on the surface. @returns the row of each; -1 where it is not in the computed part
-std::vector<int> add_surface_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points, double cell_size) {
+std::vector<int> add_point_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points, double cell_size) {
   std::vector<int> row_of(points.size(), -1);
   for (std::size_t p = 0; p < points.size(); ++p) {
     const SurfacePoint& point = points[p];
     if (!builder.computed(point.at)) continue;
     row_of[p] = static_cast<int>(builder.stencil.rows.size());
-    builder.begin(ContactRow::Kind::surface, point.at, point.normal, cell_size);
+    builder.begin(ContactRow::Kind::point, point.at, point.normal, cell_size);
     const FixedWeights wx(point.at.x()), wy(point.at.y());
     for (std::size_t j = 0; j < 3; ++j) {
       for (std::size_t i = 0; i < 3; ++i) {
@@ -224,7 +224,7 @@ std::vector<int> add_surface_rows(StencilBuilder& builder, const std::vector<Sur
       }
     }
   }
-  builder.stencil.surface_rows = builder.stencil.rows.size();
+  builder.stencil.point_rows = builder.stencil.rows.size();
   return row_of;
 }
 
@@ -252,8 +252,8 @@ void link_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points,
 /// Rows that extend velocities to nodes behind the surface, and the nodes deep inside.
 void add_extensions(StencilBuilder& builder, const Outline& outline, const std::vector<SurfacePoint>& points,
                     const std::vector<int>& row_of, double cell_size, const NodeRange& nodes) {
-  // of the rows before a place the nearest whose normal is that of the place
-  const auto surface_before = [&](const Vec2& at, const Vec2& normal) {
+  // of the rows of points the nearest whose normal is that of the place
+  const auto row_before = [&](const Vec2& at, const Vec2& normal) {
     int best = -1;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t p = 0; p < points.size(); ++p) {
@@ -275,7 +275,7 @@ void add_extensions(StencilBuilder& builder, const Outline& outline, const std::
       if (outline.is_ambiguous(cell_size * at, ambiguous_distance * cell_size)) continue;
       const int outward = near.normal[axis] > 0.0 ? 1 : -1;
       builder.begin(ContactRow::Kind::extension, at, near.normal, cell_size);
-      builder.stencil.rows.back().surface = surface_before(at, near.normal);
+      builder.stencil.rows.back().row_before = row_before(at, near.normal);
       for (int k = 0; k < 3; ++k) builder.add(x + (axis == 0 ? k * outward : 0), y + (axis == 1 ? k * outward : 0), k == 1 ? -2.0 : 1.0);
     }
   }
@@ -289,7 +289,7 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, const M
   StencilBuilder builder(circle, mirror);
   const std::vector<SurfacePoint> points = circle ? points_of_circle(*circle) : points_of_polygon(outline, cell_size);
   const NodeRange nodes = nodes_around(outline, cell_size);
-  const std::vector<int> row_of = add_surface_rows(builder, points, cell_size);
+  const std::vector<int> row_of = add_point_rows(builder, points, cell_size);
   link_rows(builder, points, row_of);
   add_extensions(builder, outline, points, row_of, cell_size, nodes);
   add_columns(builder, outline, cell_size, nodes);

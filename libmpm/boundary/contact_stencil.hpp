@@ -48,11 +48,11 @@ namespace mpm {
 
 /// What bounds the impulse of a strip of a face at an edge.
 struct EdgeBound {
-  int neighbour = -1;                ///< number of what acts on the strip to compare with; -1: no bound
+  int neighbour = -1;                ///< number of the next one inwards, in a margin of the end point round the edge; -1: no bound
   double strip = 0.0;                ///< its width, m
   double at_rest = 1.0, free = 1.0;  ///< impulse over that of the neighbour: under a uniform pressure; where a flow leaves the edge
 
-  /// Of the point in a margin, not of an end point.
+  /// Of the point in a margin, not of an end point: only a margin takes nothing where a flow leaves the edge.
   [[nodiscard]] bool in_margin() const { return free == 0.0; }
 
   /// @param neighbour_impulse  towards the face. @param fall  impulse of the dynamic pressure along the face on this strip
@@ -64,13 +64,13 @@ struct EdgeBound {
 
 /// One condition on the velocities of a layer's nodes.
 struct ContactRow {
-  /// surface: no approach at a point, an impulse of one sign; extension: the normal velocity continues linearly, an impulse of either sign.
-  enum class Kind { surface, extension } kind = Kind::surface;  ///< which of them
-  std::size_t first = 0, count = 0;                             ///< its entries
-  Vec2 point = Vec2::Zero();                                    ///< m: on the surface, or the node that is extended to
-  EdgeBound edge;                                               ///< of the end points of a side with at least three, and of its margins
-  int adjacent = -1;                                            ///< of an end point: row of the end point of the side round the edge
-  int surface = -1;       ///< of an extension: the row of the surface before it; the extension acts only while that row is in contact
+  /// point: no approach there, an impulse of one sign; extension: the normal velocity continues linearly, an impulse of either sign.
+  enum class Kind { point, extension } kind = Kind::point;  ///< which of them
+  std::size_t first = 0, count = 0;                         ///< its entries
+  Vec2 point = Vec2::Zero();                                ///< m: on the surface, or the node that is extended to
+  EdgeBound edge;                                           ///< of the end points of a side with at least three, and of its margins
+  int adjacent = -1;                                        ///< of an end point: row of the end point of the side round the edge
+  int row_before = -1;    ///< of an extension: row of the point before it; the extension acts only while that is in contact
   double computed = 1.0;  ///< fraction of its impulse in the computed part: a half for a point on a mirror plane, its own image
 };
 
@@ -106,8 +106,8 @@ struct ContactStencil {
     EdgeBound edge;  ///< `neighbour` in ContactStencil::columns: the next one inwards
   };
   std::vector<PlaneNode> nodes;       ///< referred to by index in rows, deep and columns
-  std::vector<ContactRow> rows;       ///< those of the surface first
-  std::size_t surface_rows = 0;       ///< number of these
+  std::vector<ContactRow> rows;       ///< those of points first
+  std::size_t point_rows = 0;         ///< number of these
   std::vector<ContactEntry> entries;  ///< of all rows, row by row
   std::vector<Deep> deep;             ///< nodes that act alone
   std::vector<Column> columns;        ///< less than half a cell outside the outline, or inside; those further inside first

@@ -9,7 +9,7 @@ namespace mpm {
 
 namespace {
 
-constexpr double rounding = 1e-9;  // m: distances are sums of rounded numbers
+constexpr double rounding = 1e-9;  // m, and of unit vectors: distances are sums of rounded numbers
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 }  // namespace

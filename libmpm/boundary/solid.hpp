@@ -24,7 +24,7 @@ struct NodalSolid {
   [[nodiscard]] Vec3 surface_velocity(const Vec3&, double) const { return Vec3::Zero(); }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& node, double time) const;
-  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time) const;
   void translate(const Vec3& by) {
     solid.translate(by);
     reference += by;

@@ -40,7 +40,7 @@ struct Terrain {
   [[nodiscard]] Vec3 surface_velocity(const Vec3& x, double time) const;
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& node, double time) const;
-  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time) const;
   void translate(const Vec3& by) { shift += by; }
   /// @}
 };

@@ -31,7 +31,7 @@ struct Wall {
   std::function<double(double height, double time)> speed = {};
 
   /// Distance of the plane from the origin along its normal at some time, m.
-  [[nodiscard]] double offset(double time) const { return point.dot(normal) + (travels ? time * velocity.dot(normal) : 0.0); }
+  [[nodiscard]] double plane_distance(double time) const { return point.dot(normal) + (travels ? time * velocity.dot(normal) : 0.0); }
 
   /// What every boundary offers (any_boundary.hpp). Places in m, velocities in m/s, time in s.
   /// @{
@@ -41,7 +41,7 @@ struct Wall {
   }
   [[nodiscard]] bool reaches(const Vec3& low, const Vec3& high, double time) const;
   [[nodiscard]] bool covers(const Vec3& node, double time) const;
-  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time = 0.0) const;
+  [[nodiscard]] Vec3 constrain(const Vec3& node, const Vec3& v, double time) const;
   void translate(const Vec3& by) { point += by; }
   /// @}
 };

@@ -91,7 +91,7 @@ class BoundaryActions {
       Vec3* const layers = k < conditions_.layered.size() ? &by_layer_[k * layers_ + block_edge * i] : nullptr;
       std::visit(
           [&](const auto& boundary) {
-            if constexpr (ActsOnNodes<std::decay_t<decltype(boundary)>>) {
+            if constexpr (HasConstrain<std::decay_t<decltype(boundary)>>) {
               if (boundary.reaches(low, high, time_))
                 taken_[i * conditions_.boundaries.size() + b] =
                     constrain_block(boundary, nodes, block, conditions_.mirror, dx, time_, layers);

@@ -17,13 +17,13 @@ constexpr double short_step = 0.1;  ///< of the first: the fastest particle move
 double energy_of(const Totals& t) { return t.kinetic_energy + t.affine_energy + t.elastic_energy; }
 
 /// "particle 7 at (1, 2, 3) m", in the coordinates of the case
-std::string place_of(const Particle& p, const Scene& scene) {
+std::string position_text(const Particle& p, const Scene& scene) {
   return "particle " + std::to_string(p.id) + " at " + vector_text(position_of(p) - scene.offset) + " m";
 }
 
-/// Does the boundary dictate the velocity of all eight nodes of the cell that holds x?
+/// Whether the boundary covers all eight corners of the cube between nodes that holds x.
 template <class B>
-bool holds_cell_of(const B& boundary, const Vec3& x, double cell_size, double time) {
+bool covers_cube_around(const B& boundary, const Vec3& x, double cell_size, double time) {
   const Vec3 low = cell_size * (x / cell_size).array().floor().matrix();
   for (int n = 0; n < 8; ++n) {
     if (!boundary.covers(low + cell_size * Vec3(n & 1, n >> 1 & 1, n >> 2), time)) return false;
@@ -89,7 +89,7 @@ std::vector<std::string> HealthWatch::check(const State& state, const Scene& sce
                              number_text(energy_.excess(), 3) + " J, " + std::to_string(std::lround(100.0 * excess)) +
                              " % of the largest energy so far, came from nothing (neither gravity, nor walls, nor the inlet gave it); the "
                              "fastest is " +
-                             place_of(fastest_particle(state), scene) + ", " + number_text(state.max_speed, 4) +
+                             position_text(fastest_particle(state), scene) + ", " + number_text(state.max_speed, 4) +
                              " m/s. Try a smaller CFL number or a finer grid";
     if (unstable) throw UnstableError("unstable " + text);
     warnings.push_back("warning: the run may be unstable " + text);
@@ -99,14 +99,14 @@ std::vector<std::string> HealthWatch::check(const State& state, const Scene& sce
   if (dt < short_step * first_step_ && !warned_step_) {
     warnings.push_back("warning: the time step has shrunk to " + number_text(dt, 3) + " s at t = " + number_text(state.time) + " s, step " +
                        std::to_string(state.step) + ", from " + number_text(first_step_, 3) +
-                       " s at the start: " + place_of(fastest_particle(state), scene) + " moves at " + number_text(state.max_speed, 4) +
-                       " m/s. If nothing should be that fast, try a smaller CFL number or a finer grid");
+                       " s at the start: " + position_text(fastest_particle(state), scene) + " moves at " +
+                       number_text(state.max_speed, 4) + " m/s. If nothing should be that fast, try a smaller CFL number or a finer grid");
     warned_step_ = true;
   }
   return warnings;
 }
 
-HeldParticles particles_inside(const State& state, const Scene& scene, const Boundary& boundary) {
+BuriedParticles buried_particles(const State& state, const Scene& scene, const Boundary& boundary) {
   struct Found {
     std::uint64_t count = 0;
     Particle first{};  // by number
@@ -118,7 +118,7 @@ HeldParticles particles_inside(const State& state, const Scene& scene, const Bou
   std::visit(
       [&](const auto& b) {
         state.grid.for_each_particle([&](const Particle& p) {
-          if (holds_cell_of(b, position_of(p), state.grid.cell_size(), state.time)) found.add(1, p);
+          if (covers_cube_around(b, position_of(p), state.grid.cell_size(), state.time)) found.add(1, p);
         });
       },
       boundary);
@@ -128,7 +128,7 @@ HeldParticles particles_inside(const State& state, const Scene& scene, const Bou
     if (const auto other = MessageReader(message).get<Found>(); other.count > 0) found.add(other.count, other.first);
   }
   if (found.count == 0) return {};
-  return {found.count, place_of(found.first, scene)};
+  return {found.count, position_text(found.first, scene)};
 }
 
 }  // namespace mpm

@@ -65,14 +65,14 @@ class HealthWatch {
   bool warned_energy_ = false, warned_step_ = false;
 };
 
-/// Particles that a boundary holds.
-struct HeldParticles {
+/// Particles that are inside a boundary.
+struct BuriedParticles {
   std::size_t count = 0;  ///< number of particles
   std::string first;      ///< the one with the lowest number: "particle 7 at (1, 2, 3) m"
 };
 
-/// Particles for which the boundary prescribes the velocity of every node of their cell; the material law has no effect on them.
+/// Particles whose eight nearest nodes the boundary covers; the material law has hardly any effect on them.
 /// Collective: all ranks call it, and the first gets the result for all particles.
-HeldParticles particles_inside(const State& state, const Scene& scene, const Boundary& boundary);
+BuriedParticles buried_particles(const State& state, const Scene& scene, const Boundary& boundary);
 
 }  // namespace mpm

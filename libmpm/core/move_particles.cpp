@@ -135,7 +135,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
           const int particles = block.particles.count();
           timed(&StepTimes::grid_to_particle, [&] {
             motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));  // v_p, C_p, x_p
-            taken[i] = hold_particles(grid, blocks[i], scene.boundaries, options.density);
+            taken[i] = return_to_surface(grid, blocks[i], scene.boundaries, options.density);
           });
           timed(&StepTimes::stress, [&] { motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt); });  // tau_p
           if (!motion[i].finite || !motion[i].within_reach) continue;

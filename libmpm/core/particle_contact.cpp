@@ -6,7 +6,7 @@
 
 namespace mpm {
 
-std::vector<ParticleImpulse> hold_particles(Grid& grid, std::int32_t index, std::span<const Boundary> boundaries, double density) {
+std::vector<ParticleImpulse> return_to_surface(Grid& grid, std::int32_t index, std::span<const Boundary> boundaries, double density) {
   std::vector<ParticleImpulse> taken;
   const Block& block = grid.block(index);
   const ParticleBin& bin = block.particles;

@@ -28,9 +28,9 @@ struct ParticleImpulse {
   Impulse impulse;           ///< of these particles
 };
 
-/// Moves the particles of one block that are too deep in a solid among the boundaries, by at most a cell. Call it between grid_to_particle
-/// and collect_migrants. @param density  of the material at rest, kg/m^3. @returns nothing for most blocks
-[[nodiscard]] std::vector<ParticleImpulse> hold_particles(Grid& grid, std::int32_t block, std::span<const Boundary> boundaries,
-                                                          double density);
+/// Moves the particles of one block that are too deep in a solid towards its surface, by at most a cell. Call it between
+/// grid_to_particle and collect_migrants. @param density  of the material at rest, kg/m^3. @returns nothing for most blocks
+[[nodiscard]] std::vector<ParticleImpulse> return_to_surface(Grid& grid, std::int32_t block, std::span<const Boundary> boundaries,
+                                                             double density);
 
 }  // namespace mpm

@@ -106,7 +106,7 @@ void prepare_rows(const ContactStencil& stencil, LayerGroup& group) {
 }
 
 /// Solves one row for its nodes' present velocities and changes them.
-/// @param bound  bound of a separable row's impulse
+/// @param bound  of the impulse at a point
 template <bool frictional>
 void solve_row(const ContactStencil& stencil, const ContactRow& row, double friction, Lanes bound, LayerGroup& group,
                LayerGroup::RowLanes& state) {
@@ -121,10 +121,10 @@ void solve_row(const ContactStencil& stencil, const ContactRow& row, double fric
     }
   }
   Lanes normal = state.normal + u * state.inverse_normal;
-  if (row.kind == ContactRow::Kind::surface) {
+  if (row.kind == ContactRow::Kind::point) {
     normal = min(max(normal, -bound), Lanes{});
   } else {
-    normal = group.row[static_cast<std::size_t>(row.surface)].normal < 0.0 ? normal : Lanes{};
+    normal = group.row[static_cast<std::size_t>(row.row_before)].normal < 0.0 ? normal : Lanes{};
   }
   const Lanes change = normal - state.normal;
   state.normal = normal;
@@ -179,7 +179,7 @@ Lanes largest_squared_speed(const ContactStencil& stencil, const ContactRow& row
 /// Each sweep solves the extensions, then the points, so that the points hold at its end; every other sweep backwards.
 /// @param dynamic  impulse of the dynamic pressure over the square of the velocity, on a strip of a layer one metre wide: rho/2 dx dt
 void solve_rows(const ContactStencil& stencil, double friction, double dynamic, LayerGroup& group) {
-  const std::size_t points = stencil.surface_rows, extensions = stencil.rows.size() - points;
+  const std::size_t points = stencil.point_rows, extensions = stencil.rows.size() - points;
   const Lanes unbounded = Lanes{} + 1e300;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     const auto in_turn = [&](std::size_t i, std::size_t count) { return sweep % 2 == 0 ? i : count - 1 - i; };

@@ -163,15 +163,15 @@ std::vector<std::string> particles_inside_boundaries(const State& state, const C
   std::vector<std::string> warnings;
   for (std::size_t b = 0; b < scene.boundaries.size(); ++b) {
     if (scene.source && b != scene.obstacle && b != scene.arm) continue;
-    const HeldParticles held = particles_inside(state, scene, scene.boundaries[b]);
-    if (held.count == 0) continue;
+    const BuriedParticles buried = buried_particles(state, scene, scene.boundaries[b]);
+    if (buried.count == 0) continue;
     const std::string which = b == scene.obstacle                                    ? "the [obstacle]"
                               : b == scene.arm                                       ? "the [arm]"
                               : std::holds_alternative<Terrain>(scene.boundaries[b]) ? "the [terrain]"
                                                                                      : fmt::format("[[wall]] number {}", b + 1);
     warnings.push_back(fmt::format("warning: {} {} inside {}, which holds {}, {} for one; move the [[body]] out of it, or the boundary",
-                                   counted(held.count, "particle"), held.count == 1 ? "is" : "are", which, held.count == 1 ? "it" : "them",
-                                   held.first));
+                                   counted(buried.count, "particle"), buried.count == 1 ? "is" : "are", which,
+                                   buried.count == 1 ? "it" : "them", buried.first));
   }
   ranks.done();
   return warnings;

@@ -44,8 +44,8 @@ CaseScene make_scene(const Case& c);
 ///        particles, which are counted first, and no rank holds those of another. @throws ConfigError, on the first rank
 State make_state(const Case& c, const Scene& scene, BlockExchange* ranks = nullptr);
 
-/// One warning for every boundary that holds particles (particles_inside). With a conveyor, whose snow starts behind the inlet, only the
-/// obstacle and its arm are checked. Called on the first rank, for the particles of all ranks.
+/// One warning for every boundary that has particles inside (buried_particles). With a conveyor, whose snow starts behind the inlet, only
+/// the obstacle and its arm are checked. Called on the first rank, for the particles of all ranks.
 std::vector<std::string> particles_inside_boundaries(const State& state, const CaseScene& scene);
 
 }  // namespace mpm

@@ -34,7 +34,7 @@ bool covers(const Boundary& b, const Vec3& node) {
 bool reaches(const Boundary& b, const Vec3& low, const Vec3& high) {
   return std::visit(
       [&](const auto& shape) {
-        if constexpr (ActsOnNodes<std::decay_t<decltype(shape)>>) return shape.reaches(low, high, 0.0);
+        if constexpr (HasConstrain<std::decay_t<decltype(shape)>>) return shape.reaches(low, high, 0.0);
         return false;
       },
       b);
@@ -42,8 +42,8 @@ bool reaches(const Boundary& b, const Vec3& low, const Vec3& high) {
 Vec3 constrain(const Boundary& b, const Vec3& node, const Vec3& v) {
   return std::visit(
       [&](const auto& shape) -> Vec3 {
-        if constexpr (ActsOnNodes<std::decay_t<decltype(shape)>>) {
-          return shape.constrain(node, v);
+        if constexpr (HasConstrain<std::decay_t<decltype(shape)>>) {
+          return shape.constrain(node, v, 0.0);
         } else {
           throw std::logic_error("acts on several nodes together");
         }

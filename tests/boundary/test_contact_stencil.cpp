@@ -102,7 +102,7 @@ Vec2 linear(const Vec2& x) { return Vec2(1.0 + 3.0 * x.x() - 2.0 * x.y(), -2.0 +
 constexpr double round_off = 1e-12;
 
 TEST_P(StencilOfAPolygon, GivesTheVelocityAtAPointOnAFlatSide) {
-  const auto rows = rows_of(whole, Kind::surface);
+  const auto rows = rows_of(whole, Kind::point);
   ASSERT_FALSE(rows.empty());
   for (const std::size_t r : rows) {
     const ContactRow& row = whole.rows[r];
@@ -128,7 +128,7 @@ TEST_P(StencilOfAPolygon, GivesTheVelocityAtAPointOnAFlatSide) {
 TEST_P(StencilOfACircle, SeesTheNormalVelocityOfEachNode) {
   const Vec2 centre = outline.circle()->centre;
   const auto from_centre = [&](const Place& at) -> Vec2 { return dx * Vec2(at[0], at[1]) - centre; };
-  const auto rows = rows_of(whole, Kind::surface);
+  const auto rows = rows_of(whole, Kind::point);
   ASSERT_FALSE(rows.empty());
   for (const std::size_t r : rows) {
     const ContactRow& row = whole.rows[r];
@@ -184,7 +184,7 @@ TEST_P(Stencil, OfTheExtensionSeesNothingOfALinearField) {
 
 TEST_P(Stencil, HasItsPointsAboutACellApartAndInsideTheSidesOnACircleHalfACell) {
   std::vector<Vec2> points;
-  for (const std::size_t r : rows_of(whole, Kind::surface)) points.push_back(whole.rows[r].point);
+  for (const std::size_t r : rows_of(whole, Kind::point)) points.push_back(whole.rows[r].point);
   if (outline.circle()) {
     const double around = 2.0 * std::numbers::pi * outline.circle()->radius, count = static_cast<double>(points.size());
     // an even number, at least four
@@ -232,7 +232,7 @@ double root_integral(double from, double to) {
 
 TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdge) {
   std::map<std::array<long, 2>, std::vector<std::size_t>> by_normal;
-  for (const std::size_t r : rows_of(whole, Kind::surface)) by_normal[key(normal_of(whole, whole.rows[r]))].push_back(r);
+  for (const std::size_t r : rows_of(whole, Kind::point)) by_normal[key(normal_of(whole, whole.rows[r]))].push_back(r);
   const auto from_corner = [&](const Vec2& at) {
     double least = 1e9;
     for (const Outline::Side& side : outline.sides()) least = std::min(least, (side.from - at).norm());
@@ -289,7 +289,7 @@ TEST_P(Stencil, KnowsTheNodesInsideAndThoseBeyondTheReachOfItsPoints) {
     EXPECT_NEAR(d.normal.norm(), 1.0, 1e-12);
   }
   std::set<Place> reached;
-  for (const std::size_t r : rows_of(whole, Kind::surface))
+  for (const std::size_t r : rows_of(whole, Kind::point))
     for_entries(whole, whole.rows[r], [&](const ContactEntry&, const auto& node) { reached.insert(node.at); });
   for (int x = -20; x < 30; ++x) {
     for (int y = -20; y < 20; ++y) {
@@ -352,9 +352,9 @@ TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheirStrips) {
 /// mirror image needs.
 TEST(Stencils, OfABoxOnPlanesOfNodesAreSymmetricAboutItsSides) {
   const ContactStencil stencil = contact_stencil(BoxShape{.width = 2.0, .depth = 1.0}.outline(), dx, {false, false});
-  EXPECT_EQ(rows_of(stencil, Kind::surface).size(), 2U * (8U + 4U) + 8U) << "one in each margin, too";
+  EXPECT_EQ(rows_of(stencil, Kind::point).size(), 2U * (8U + 4U) + 8U) << "one in each margin, too";
   EXPECT_EQ(stencil.columns.size(), 5U * 9U);
-  for (const std::size_t r : rows_of(stencil, Kind::surface)) {
+  for (const std::size_t r : rows_of(stencil, Kind::point)) {
     const ContactRow& row = stencil.rows[r];
     const Vec2 normal = normal_of(stencil, row), at = row.point / dx;
     std::map<long, double> across;
@@ -471,7 +471,7 @@ TEST(Stencils, LeaveRowsBehindMirrorPlanesOutAlongBothAxes) {
   Outline box = BoxShape{.width = 2.0, .depth = 2.0}.outline();
   box.translate({-1.0, 0.0});  // symmetric about both
   const ContactStencil whole = contact_stencil(box, dx, {false, false}), quarter = contact_stencil(box, dx, {true, true});
-  EXPECT_EQ(4U * rows_of(quarter, Kind::surface).size(), rows_of(whole, Kind::surface).size());  // no point on a plane: eight on a side
+  EXPECT_EQ(4U * rows_of(quarter, Kind::point).size(), rows_of(whole, Kind::point).size());  // no point on a plane: eight on a side
   for (const auto& node : quarter.nodes) {
     EXPECT_TRUE(node.at[0] >= 0 && node.at[1] >= 0);
     EXPECT_EQ(node.computed, (node.at[0] == 0 ? 0.5 : 1.0) * (node.at[1] == 0 ? 0.5 : 1.0));

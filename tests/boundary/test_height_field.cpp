@@ -110,20 +110,20 @@ TEST(Terrain, TakesTheVelocityAlongItsNormalAndFrictionInItsPlane) {
   const double gradient = 0.5, mu = 0.2;
   const Vec3 normal = Vec3(-gradient, 0.0, 1.0).normalized(), along = Vec3(1.0, 0.0, gradient).normalized();
   const Vec3 node(1.0, 2.0, 0.0), v = 3.0 * along + 2.0 * Vec3::UnitY() - 1.5 * normal;
-  const Vec3 slid = slope_of(gradient, Contact::separable).constrain(node, v);
+  const Vec3 slid = slope_of(gradient, Contact::separable).constrain(node, v, 0.0);
   EXPECT_NEAR((slid - (3.0 * along + 2.0 * Vec3::UnitY())).norm(), 0.0, 1e-14);
-  const Vec3 rubbed = slope_of(gradient, Contact::separable, mu).constrain(node, v);
+  const Vec3 rubbed = slope_of(gradient, Contact::separable, mu).constrain(node, v, 0.0);
   EXPECT_NEAR((slid - rubbed).norm(), mu * 1.5, 1e-14);
   EXPECT_NEAR(rubbed.cross(slid).norm(), 0.0, 1e-13);
   const Vec3 up = 3.0 * along + 1.5 * normal;
-  EXPECT_EQ(slope_of(gradient, Contact::separable, mu).constrain(node, up), up);
+  EXPECT_EQ(slope_of(gradient, Contact::separable, mu).constrain(node, up, 0.0), up);
 }
 
 TEST(Terrain, MovesAsABeltThatFollowsTheGround) {
   Terrain belt = slope_of(0.5, Contact::no_slip);
   belt.speed = 4.0;
   EXPECT_NEAR((belt.surface_velocity(Vec3(1.0, 0.0, 0.0), 0.0) - Vec3(4.0, 0.0, 2.0)).norm(), 0.0, 1e-14);
-  EXPECT_NEAR((belt.constrain(Vec3(1.0, 0.0, 0.0), Vec3::Zero()) - Vec3(4.0, 0.0, 2.0)).norm(), 0.0, 1e-14);
+  EXPECT_NEAR((belt.constrain(Vec3(1.0, 0.0, 0.0), Vec3::Zero(), 0.0) - Vec3(4.0, 0.0, 2.0)).norm(), 0.0, 1e-14);
 }
 
 }  // namespace

@@ -575,11 +575,11 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid, double dt) {
         un += e.normal.dot(n->v.head<2>()), ut += e.tangent.dot(n->v.head<2>()), uz += e.vertical * n->v.z();
         kn += e.normal.squaredNorm() / n->mass, kt += e.tangent.squaredNorm() / n->mass, kz += e.vertical * e.vertical / n->mass;
       }
-      const bool surface = row.kind == ContactRow::Kind::surface;
+      const bool point = row.kind == ContactRow::Kind::point;
       double normal = state.normal + (kn > 0.0 ? un / kn : 0.0);
-      normal = surface ? std::clamp(normal, -strongest, 0.0) : rows[static_cast<std::size_t>(row.surface)].normal < 0.0 ? normal : 0.0;
+      normal = point ? std::clamp(normal, -strongest, 0.0) : rows[static_cast<std::size_t>(row.row_before)].normal < 0.0 ? normal : 0.0;
       double tangent = 0.0, vertical = 0.0;
-      if (surface && solid.friction() > 0.0) {
+      if (point && solid.friction() > 0.0) {
         tangent = state.tangent + (kt > 0.0 ? ut / kt : 0.0);
         vertical = state.vertical + (kz > 0.0 ? uz / kz : 0.0);
         const double size = std::hypot(tangent, vertical), most = -solid.friction() * normal;
@@ -593,7 +593,7 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid, double dt) {
       }
       state.normal = normal, state.tangent = tangent, state.vertical = vertical;
     };
-    const std::size_t points = stencil.surface_rows, extensions = rows.size() - points;
+    const std::size_t points = stencil.point_rows, extensions = rows.size() - points;
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       const bool forward = sweep % 2 == 0;
       for (std::size_t i = 0; sweep > 0 && i < extensions; ++i) solve(points + (forward ? i : extensions - 1 - i), 0.0);

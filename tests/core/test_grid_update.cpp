@@ -129,13 +129,13 @@ TEST(Walls, TravelWithTheirVelocityOrStandAsABelt) {
   EXPECT_TRUE(piston.covers({1.0, 0.0, 0.0}, 0.5));
   const Wall belt{Vec3::Zero(), Vec3::UnitX(), Contact::slip, 0.0, Vec3(2.0, 0.0, 0.0), false};
   EXPECT_FALSE(belt.covers({1.0, 0.0, 0.0}, 10.0));
-  EXPECT_EQ(belt.constrain(Vec3::Zero(), {0.0, 1.0, 1.0}), Vec3(2.0, 1.0, 1.0));
+  EXPECT_EQ(belt.constrain(Vec3::Zero(), {0.0, 1.0, 1.0}, 0.0), Vec3(2.0, 1.0, 1.0));
 }
 
 TEST(NodalSolids, StopWhatMovesIntoTheNearestFace) {
   const NodalSolid box = box_between({0.0, -1.0, -10.0}, {2.0, 1.0, 3.0}, Contact::slip);
   const Vec3 v(1.0, 2.0, 4.0);
-  const auto stopped = [&](const Vec3& node) -> Vec3 { return v - box.constrain(node, v); };
+  const auto stopped = [&](const Vec3& node) -> Vec3 { return v - box.constrain(node, v, 0.0); };
   EXPECT_EQ(stopped({0.1, 0.0, 0.0}), Vec3(1.0, 0.0, 0.0));   // upstream face
   EXPECT_EQ(stopped({1.9, 0.0, 0.0}), Vec3(1.0, 0.0, 0.0));   // downstream face
   EXPECT_EQ(stopped({1.0, -0.9, 0.0}), Vec3(0.0, 2.0, 0.0));  // sides
@@ -157,8 +157,8 @@ TEST(NodalSolids, LetGoWhatMovesOutOfEachFace) {
                                                                     {{1.0, 0.0, 3.0}, {0.0, 0.0, 1.0}},
                                                                     {{1.0, 0.0, -10.0}, {0.0, 0.0, -1.0}}}) {
     const Vec3 along(0.3, 0.2, 0.1), leaving = out + along - along.dot(out) * out;
-    EXPECT_EQ(box.constrain(node, leaving), leaving);
-    EXPECT_NEAR(box.constrain(node, -leaving).dot(out), 0.0, eps);
+    EXPECT_EQ(box.constrain(node, leaving, 0.0), leaving);
+    EXPECT_NEAR(box.constrain(node, -leaving, 0.0).dot(out), 0.0, eps);
   }
 }
 
@@ -264,7 +264,7 @@ TEST_F(GridUpdate, BooksASharedNodeOnePartAfterTheOther) {
       p.z() = 0.0;
     }
     if (mast.covers(n.position, 0.0)) {
-      const Vec3 q = n.mass * mast.constrain(n.position, p / n.mass);
+      const Vec3 q = n.mass * mast.constrain(n.position, p / n.mass, 0.0);
       by_mast += p - q;
       shared += floor.covers(n.position, 0.0);
     }

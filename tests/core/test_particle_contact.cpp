@@ -60,7 +60,7 @@ TEST_P(ParticleContactOf, ReturnsParticlesToTheSurfaceStopsThemAndBooksTheirMome
   const auto before = particles_of(grid);
   Vec3 taken = Vec3::Zero(), moment = Vec3::Zero();
   for (const auto b : grid.occupied_blocks()) {
-    for (const ParticleImpulse& t : hold_particles(grid, b, boundaries, density)) {
+    for (const ParticleImpulse& t : return_to_surface(grid, b, boundaries, density)) {
       EXPECT_EQ(t.boundary, 1U);
       EXPECT_GE(t.layer, first_node(grid.block(b).coordinate[2]));
       EXPECT_LT(t.layer, first_node(grid.block(b).coordinate[2]) + block_edge);
@@ -107,7 +107,7 @@ TEST_P(ParticleContactOf, LeavesNothingBehindTheSurfaceAfterAFewSteps) {
   Grid grid = filled();
   for (int step = 0; step < 6; ++step) {  // a cell each: the shapes are at most five cells deep
     for (const auto b : grid.occupied_blocks()) {
-      (void)hold_particles(grid, b, boundaries, density);
+      (void)return_to_surface(grid, b, boundaries, density);
       BlockMotion motion;
       collect_migrants(grid, b, motion);
     }
@@ -127,7 +127,7 @@ TEST(ParticleContact, HasNothingToDoWithoutSolids) {
   p.volume = 1e-3;
   grid.insert(p);
   grid.migrate();
-  EXPECT_TRUE(hold_particles(grid, grid.occupied_blocks()[0], std::vector<Boundary>{Wall{}}, density).empty());
+  EXPECT_TRUE(return_to_surface(grid, grid.occupied_blocks()[0], std::vector<Boundary>{Wall{}}, density).empty());
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) { re
 /// The largest part of a point's impulse that its neighbour on the same side feels, at nodes of equal mass.
 double largest_overlap(const ContactStencil& stencil) {
   double largest = 0.0;
-  for (std::size_t r = 0; r + 1 < stencil.surface_rows; ++r) {
+  for (std::size_t r = 0; r + 1 < stencil.point_rows; ++r) {
     const ContactRow &row = stencil.rows[r], &next = stencil.rows[r + 1];
     double own = 0.0, common = 0.0;
     for (std::size_t e = row.first; e < row.first + row.count; ++e) {
@@ -132,7 +132,7 @@ TEST_P(SurfaceContact, StopsWhatFliesAgainstTheSurface) {
     double worst = 0.0, end = 0.0;
     int rows = 0;
     for (const ContactRow& row : solid.stencil().rows) {
-      if (row.kind != ContactRow::Kind::surface) continue;
+      if (row.kind != ContactRow::Kind::point) continue;
       const double left = approach(grid, solid.stencil(), row, 2);
       if (std::isnan(left)) continue;
       ++rows;
