@@ -46,6 +46,38 @@ std::array<std::optional<Wall>, 2> faces_of(const SurfaceSolid& solid) {
   return {face(solid.solid().top, Vec3::UnitZ()), face(solid.solid().base, -Vec3::UnitZ())};
 }
 
+void apply_folded_face(Grid& grid, const SurfaceSolid& solid, const Wall& face, const MirrorPlanes& mirror, double density, double dt,
+                       std::vector<ContactImpulse::Part>& parts) {
+  const Plan plan = plan_of(face, 2, grid.cell_size(), 0.0);
+  const auto& columns = solid.stencil().columns;
+  std::vector<double> taken(columns.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::array<int, 2> plan_at = solid.stencil().nodes[static_cast<std::size_t>(columns[i].node)].at;
+    const Index3 at = {plan_at[0], plan_at[1], plan.master};
+    const std::int32_t block = grid.find(block_of_node(at));
+    if (block == no_block) continue;
+    const int number = number_of_node(at);
+    NodeColumn<column_nodes> column{{}, plan.c};
+    if (!collect_column(grid, block, number, plan, Vec3::Zero(), column)) continue;
+    double bound = unbounded;
+    if (const EdgeBound& edge = columns[i].edge; edge.neighbour >= 0) {
+      double along = 0.0;  // square of the largest velocity along the face: the flow is fastest at the surface, next to the edge
+      for (const ColumnNode& c : column.node) along = std::max(along, c.before.head<2>().squaredNorm());
+      bound = edge.largest(taken[static_cast<std::size_t>(edge.neighbour)], 0.5 * density * along * edge.strip * grid.cell_size() * dt);
+    }
+    const std::optional<double> normal = fold_column(column, surface_of(face, plan), bound);
+    if (!normal) continue;
+    taken[i] = *normal;
+    for (int k = 0; k < column_nodes; ++k) {
+      const ColumnNode& c = column.node[static_cast<std::size_t>(k)];
+      if (c.mass <= 0.0) continue;
+      Impulse given;
+      set_velocity(grid, c.at, mirror, Vec3::Zero(), c.velocity, solid.reference_point(), given);
+      parts.push_back({plan.master + plan.inward * k, given});  // the layers are those of all blocks in the columns of the stencil
+    }
+  }
+}
+
 }  // namespace
 
 bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorPlanes& mirror, double cell_size, double time) {
@@ -101,42 +133,6 @@ std::vector<LayerRange> layers_of_faces(const SurfaceSolid& solid, double cell_s
   }
   return layers;
 }
-
-namespace {
-
-void apply_folded_face(Grid& grid, const SurfaceSolid& solid, const Wall& face, const MirrorPlanes& mirror, double density, double dt,
-                       std::vector<ContactImpulse::Part>& parts) {
-  const Plan plan = plan_of(face, 2, grid.cell_size(), 0.0);
-  const auto& columns = solid.stencil().columns;
-  std::vector<double> taken(columns.size());
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const std::array<int, 2> plan_at = solid.stencil().nodes[static_cast<std::size_t>(columns[i].node)].at;
-    const Index3 at = {plan_at[0], plan_at[1], plan.master};
-    const std::int32_t block = grid.find(block_of_node(at));
-    if (block == no_block) continue;
-    const int number = number_of_node(at);
-    NodeColumn<column_nodes> column{{}, plan.c};
-    if (!collect_column(grid, block, number, plan, Vec3::Zero(), column)) continue;
-    double bound = unbounded;
-    if (const EdgeBound& edge = columns[i].edge; edge.neighbour >= 0) {
-      double along = 0.0;  // square of the largest velocity along the face: the flow is fastest at the surface, next to the edge
-      for (const ColumnNode& c : column.node) along = std::max(along, c.before.head<2>().squaredNorm());
-      bound = edge.largest(taken[static_cast<std::size_t>(edge.neighbour)], 0.5 * density * along * edge.strip * grid.cell_size() * dt);
-    }
-    const std::optional<double> normal = fold_column(column, surface_of(face, plan), bound);
-    if (!normal) continue;
-    taken[i] = *normal;
-    for (int k = 0; k < column_nodes; ++k) {
-      const ColumnNode& c = column.node[static_cast<std::size_t>(k)];
-      if (c.mass <= 0.0) continue;
-      Impulse given;
-      set_velocity(grid, c.at, mirror, Vec3::Zero(), c.velocity, solid.reference_point(), given);
-      parts.push_back({plan.master + plan.inward * k, given});  // the layers are those of all blocks in the columns of the stencil
-    }
-  }
-}
-
-}  // namespace
 
 void apply_folded_faces(Grid& grid, const SurfaceSolid& solid, const MirrorPlanes& mirror, double density, double dt,
                         ContactImpulse& impulse) {

@@ -15,11 +15,11 @@ namespace {
 
 constexpr double outer_reach = LumpedMassCorrection::full_reach + LumpedMassCorrection::fade;
 constexpr double reach_of_column = outer_reach + 0.5 * block_edge * 1.4143;  ///< cells from the centre of a column of blocks: its diagonal
-constexpr double to_centre = 0.5 * block_edge + 0.5;  ///< cells from a block's first node: cells hold x/dx from base + 1/2 on
+constexpr double to_centre = 0.5 * block_edge + 0.5;                         ///< cells from a block's first node to its centre
 
 /// The fields on the nodes that a block's particles touch.
 struct Fields {
-  Node by_forces[halo_nodes];      ///< a dt = v - u: change by forces and boundaries
+  Node by_forces[halo_nodes];      ///< {a dt = v - u, not used}: change by forces and boundaries
   Node before_forces[halo_nodes];  ///< u
 
   Fields(const Grid& grid, const Block& block) {
@@ -41,15 +41,14 @@ void request(const ParticleBin& bin, int n) {
   if (n < bin.count()) __builtin_prefetch(bin.bytes(bin.order[static_cast<std::size_t>(n)]).data());
 }
 
-/// Position and volume of a particle.
-struct Place {
+struct PositionAndVolume {
   Vec3 x;
   double volume;
 };
-Place place_of(const Grid& grid, const ParticleBin& bin, int slot) {
+PositionAndVolume position_and_volume(const Grid& grid, const ParticleBin& bin, int slot) {
   return with_record_type(grid.precision(), [&](auto record) {
     const auto& r = bin.record<decltype(record)>(slot);
-    return Place{position_of(r, bin.frame), r.volume};
+    return PositionAndVolume{position_of(r, bin.frame), r.volume};
   });
 }
 
@@ -98,7 +97,7 @@ std::array<LumpedMassCorrection::Part, block_nodes> LumpedMassCorrection::parts_
       double plan = std::numeric_limits<double>::quiet_NaN();  // the same for all cells of a column
       for (int cell = column; cell < block_nodes; cell += columns) {
         if (block.particles.cell_start[cell] == block.particles.cell_start[cell + 1]) continue;
-        const Vec3 centre = node_position(block.coordinate, cell, dx_) + Vec3::Constant(dx_);  // cells hold x/dx from base + 1/2 on
+        const Vec3 centre = node_position(block.coordinate, cell, dx_) + Vec3::Constant(dx_);
         if (std::isnan(plan)) plan = solid->outline.distance(centre.head<2>()) / dx_;
         const double beyond = solid->beyond(centre.z()) / dx_;
         if (std::max(plan - across, beyond - up) >= outer_reach) continue;
@@ -143,15 +142,16 @@ void LumpedMassCorrection::add_of_block(const Grid& grid, const Block& block, st
     bool here = false;
     for (int n = bin.cell_start[cell]; n < bin.cell_start[cell + 1]; ++n) {
       request(bin, n + 16);
-      const auto [x, volume] = place_of(grid, bin, bin.order[static_cast<std::size_t>(n)]);
+      const auto [x, volume] = position_and_volume(grid, bin, bin.order[static_cast<std::size_t>(n)]);
       const double mass = (part == Part::full ? 1.0 : weight(x)) * density_ * volume;
       if (mass == 0.0) continue;
       here = true;
       const Vec3 f = x / dx_ - base;
       const BsplineWeights<Node> w = bspline_weights(Node{f.x(), f.y(), f.z(), 0.0});
       const Gathered<Node> u = gather(fields.before_forces + first, w, NoPrefetch{}), a = gather(fields.by_forces + first, w, NoPrefetch{});
-      const double r = 4.0 * relaxed_;  // gradients, for each cell, are four times the moments about the particle
-      Linear<Node> c = {a.v + relaxed_ * u.v, r * (u.x - f.x() * u.v), r * (u.y - f.y() * u.v), r * (u.z - f.z() * u.v)};
+      const double gradient_factor = 4.0 * relaxed_;  // gradients, for each cell, are four times the moments about the particle
+      Linear<Node> c = {a.v + relaxed_ * u.v, gradient_factor * (u.x - f.x() * u.v), gradient_factor * (u.y - f.y() * u.v),
+                        gradient_factor * (u.z - f.z() * u.v)};
       if (keeps_moment) {
         const auto [sx, sy, sz] = skew_part(4.0 * (a.x - f.x() * a.v), 4.0 * (a.y - f.y() * a.v), 4.0 * (a.z - f.z() * a.v));
         c.ax += sx, c.ay += sy, c.az += sz;

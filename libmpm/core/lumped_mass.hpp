@@ -54,9 +54,9 @@ class LumpedMassCorrection {
   /// A rectangle that holds all these columns: coordinates x, y of their blocks. It is the same on all ranks.
   [[nodiscard]] Eigen::AlignedBox2i columns() const;
 
-  /// Adds m_i times the change of v_i to `correction`, kg m/s, by index of block, as particle_to_grid adds to nodes: first of inner blocks,
-  /// then of outer ones (ranks.hpp). Reads velocities and those before forces, both with their images behind mirror planes; for outer
-  /// blocks on ghosts, too. Sums in the order of colours: the same bits on any number of threads.
+  /// Adds m_i times the change of v_i to `correction`, kg m/s, by index of block, as particle_to_grid adds to nodes. Reads velocities and
+  /// those before forces, both with their images behind mirror planes. Outer blocks (ranks.hpp) come last, because they read those of
+  /// ghosts, which arrive meanwhile. Sums in the order of colours: the same bits on any number of threads.
   /// @{
   void add_inner(const Grid& grid, std::span<NodeBlock> correction) const;
   void add_outer(const Grid& grid, std::span<NodeBlock> correction) const;

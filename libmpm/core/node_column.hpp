@@ -1,8 +1,9 @@
 #pragma once
 /// Contact of a column of nodes with a plane: the rule that second-order walls, horizontal faces of solids and uneven ground share.
 ///
-/// The first node of a column is the master, the others behind it are its slaves: the normal velocity relative to the surface goes linearly
-/// through zero on the plane, v_k.n = c_k v_m.n with c_k = d_k/d_m, d the distance before the plane along the column (negative behind).
+/// The master m is the first node before the plane, the others behind it are its slaves. d_k is the distance of node k before the plane
+/// along the column, in cells, negative behind it. The normal velocity relative to the surface goes linearly through zero on the plane:
+/// v_k.n = c_k v_m.n with c_k = d_k/d_m. Neighbours are one cell apart, so that d_m (1 - c_1) = 1.
 /// v_m = sum c_k m_k v_k / sum c_k^2 m_k is the projection of the node velocities onto that form, orthogonal in the kinetic-energy norm.
 ///
 /// Nodes move up to 1.5 cells before the material that moves them. A separable surface therefore acts only once the material has reached
@@ -70,7 +71,7 @@ struct ColumnPlan {
   std::size_t used = count;     ///< number of its nodes
 };
 
-/// A column, with the velocity of each node relative to that of the master.
+/// The nodes of a column.
 template <std::size_t count>
 struct NodeColumn {
   std::array<ColumnNode, count> node;  ///< the master first
@@ -97,7 +98,7 @@ bool collect_column(Grid& grid, std::int32_t block, int number, const ColumnPlan
 /// Whether the material of a column begins more than a gap before the plane. @param gap  cells
 template <std::size_t count>
 bool is_open(const NodeColumn<count>& column, double gap) {
-  const double master = 1.0 / (1.0 - column.c[1]);  // distance before the plane, cells
+  const double master = 1.0 / (1.0 - column.c[1]);  // d_m
   double behind = 0.0, behind_if_closed = 0.0;
   for (std::size_t k = 1; k < count; ++k) {
     behind += column.node[k].mass;
@@ -152,7 +153,7 @@ bool act_on_column(NodeColumn<count>& column, const ColumnSurface& surface) {
   return true;
 }
 
-/// Sets a node's velocity, relative to a surface. @param impulse  the momentum that the node lost, of the computed part, is added to it
+/// Sets a node's velocity, relative to a surface. @param impulse  the momentum that the node loses, times its computed_fraction(), is added
 inline void set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes& mirror, const Vec3& surface, const Vec3& velocity,
                          const Vec3& reference, Impulse& impulse) {
   const Index3& block = grid.block(at.block).coordinate;
@@ -163,7 +164,7 @@ inline void set_velocity(const Grid& grid, const NodeAt& at, const MirrorPlanes&
   node = Node{after.x(), after.y(), after.z(), node[3]};
 }
 
-/// Lets a surface act at a node: at a master on its column, behind it on the node alone, unless a master in an existing block holds it.
+/// Lets a surface act at a node: at a master on its column, behind it on the node alone, if no column reaches it from an existing block.
 /// @param block, number  of the node. @param behind  steps from the master's layer, 0 or more
 /// @param reference  of the moment, m. @param taken  the impulse on the surface is added to it
 template <std::size_t count>

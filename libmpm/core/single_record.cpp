@@ -36,7 +36,7 @@ void encode(const Particle& p, int cell, const RecordFrame& frame, SingleRecord&
   for (std::size_t i = 0; i < 3; ++i) {
     const double at = std::nearbyint((p.position[i] / frame.cell_size - 0.5 - first_node(frame.block[i])) * cell_units);
     const double first = (cell >> (2 * i) & 3) * cell_units;
-    const bool stays = cell < 64;
+    const bool stays = cell < block_nodes;
     const double low = stays ? first : -farthest, high = stays ? first + (cell_units - 1.0) : farthest;
     r.position[i] = static_cast<std::int32_t>(at > low ? std::min(at, high) : low);  // not a number: low
     r.velocity[i] = static_cast<float>(p.velocity[i] - frame.velocity[static_cast<Eigen::Index>(i)]);
