@@ -31,10 +31,7 @@ void apply_law(Grid& grid, const AnyMaterial& material, double dt) {
 void sort(Grid& grid) {
   const auto blocks = grid.occupied_blocks();
 #pragma omp parallel for schedule(dynamic, 2)
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    BlockMotion motion;
-    collect_migrants(grid, blocks[i], motion);
-  }
+  for (std::size_t i = 0; i < blocks.size(); ++i) collect_migrants(grid, blocks[i]);
   grid.migrate();
 }
 

@@ -5,7 +5,7 @@
 
 namespace mpm {
 
-/// Sums over the computed part; whole_of_mirrored() adds the images of a mirrored domain.
+/// Sums over the computed part, in the coordinates of the case (without Scene::offset); whole_of_mirrored() adds the images.
 struct Totals {
   std::uint64_t particles = 0;           ///< number of particles
   double mass = 0.0;                     ///< kg
@@ -23,7 +23,7 @@ struct Totals {
 /// Kinetic energy, with the affine part that APIC keeps, and elastic energy of one particle, J.
 double kinetic_and_elastic_energy(const Particle& p, const Scene& scene, double cell_size);
 
-/// The sums over blocks are exact (block_sums.hpp), so any number of threads and ranks gives the same bits.
+/// All ranks call it together (CoreTask::totals). Sums are exact (block_sums.hpp): any number of threads and ranks gives the same bits.
 Totals totals(const State& state, const Scene& scene);
 
 /// Sums over the whole symmetric domain, from those over the part that is computed.

@@ -79,7 +79,7 @@ inline int hidden_from_optimizer(int number) {
   return number;
 }
 
-/// Nearest integer plus this constant puts the integer into the low bits of the sum (for |value| < 2^51).
+/// x plus this constant has the nearest integer to x in its low bits, for |x| < 2^51.
 constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
 
 /// Moves the particles of a block. Lane 3 of a position is the volume and stays.
@@ -150,6 +150,7 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
   ParticleBin& bin = block.particles;
   const ParticleBin& next = next_index == no_block ? bin : grid.block(next_index).particles;
   const bool retains = options.retained > 0.0;
+  // Stored velocities and those before forces, of which only the difference is used, are relative to the old frame, new ones to the new.
   GroupHalo<V> halo, before_forces;  // the second is filled where it is used; to clear it takes a tenth of the time of a small block
   if (retains) fill(before_forces, grid, index, true, bin.frame.velocity);
   if constexpr (std::same_as<Record, SingleRecord>) bin.frame.velocity = mean_velocity(grid, index);
@@ -254,7 +255,7 @@ void relocate(Grid& grid, std::int32_t index, int slot, const Particle& particle
   });
 }
 
-void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
+bool collect_migrants(Grid& grid, std::int32_t index) {
   Block& block = grid.block(index);
   ParticleBin& bin = block.particles;
   for (int s = bin.last_leaver(bin.count()); s >= 0; s = bin.last_leaver(s)) {
@@ -265,13 +266,13 @@ void collect_migrants(Grid& grid, std::int32_t index, BlockMotion& motion) {
           grid.precision(), [&](auto record) { return local_cell(bin.record<decltype(record)>(s), axis, grid, block.coordinate); });
       offset[axis] = local >> 2;
       m.cell = static_cast<std::uint8_t>(m.cell | (local & 3) << (2 * axis));
-      if (offset[axis] < -1 || offset[axis] > 1) motion.within_reach = false;
+      if (offset[axis] < -1 || offset[axis] > 1) return false;
     }
-    if (!motion.within_reach) return;
     m.to = static_cast<std::uint8_t>(direction_of(offset[0], offset[1], offset[2]));
     grid.send(index, m);
     grid.remove(index, s);
   }
+  return true;
 }
 
 }  // namespace mpm

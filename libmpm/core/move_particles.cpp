@@ -141,7 +141,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
           if (!motion[i].finite || !motion[i].within_reach) continue;
           timed(&StepTimes::sort, [&] {
             left[i] = remove_outside(grid, blocks[i], scene);
-            collect_migrants(grid, blocks[i], motion[i]);
+            motion[i].within_reach = collect_migrants(grid, blocks[i]);
           });
           if (measured) ranks.note_time(block, blocks[i], particles, thread_seconds() - start);
         } catch (const std::bad_alloc&) {  // no exception may leave a parallel region

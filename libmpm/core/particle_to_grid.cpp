@@ -11,7 +11,7 @@ namespace mpm {
 
 namespace {
 
-/// One field: momentum including that of the internal forces. Or two: momentum, and momentum of the internal forces.
+/// One field: momentum including that of the internal forces. Or two: momentum, and momentum of the internal forces. {kg m/s, kg} a node.
 template <class V, int fields>
 struct Contribution {
   Linear<V> field[fields];
@@ -21,8 +21,8 @@ struct Contribution {
 /// Factors of a particle's values in its contribution to the grid.
 template <class V>
 struct Scales {
-  V mass, affine, stress;
-  V shock, shock_limit;  ///< of q = |d| min(shock |d|, shock_limit), d the rate of compression (transfer.hpp)
+  V mass, affine, stress;  ///< rho_0, kg/m^3; rho_0 dx, kg/m^2; -4 dt/dx, s/m
+  V shock, shock_limit;    ///< kg/m, kg/(m s): q = |d| min(shock |d|, shock_limit), d the rate of compression (transfer.hpp)
 };
 
 /// Viscous pressure of shocks, in all components. @param x, y, z  columns of C
@@ -71,7 +71,7 @@ struct alignas(64) SumHalo {
   typename Group<Record>::Quad node[halo_nodes + 4];
 };
 
-/// A group between the two passes of scatter_block.
+/// A group between the two passes of scatter_to_halo.
 template <class Record, int fields>
 struct ScatteredGroup {
   using Vector = typename Group<Record>::Vector;
@@ -103,12 +103,12 @@ inline __attribute__((always_inline)) void add_to_plane(std::span<const Scattere
   for (int f = 0; f < fields; ++f) add_plane_sums(sum[f], halo[f].node + first_node);
 }
 
-/// Two passes over the groups of a cell, a batch at a time: a latency-bound pass (one long chain of dependent operations for each group),
-/// then a throughput-bound pass. Apart, each fills the processor's window with many groups.
+/// Sums the particles of a block into a halo: two passes over the groups of a cell, a batch at a time: a latency-bound pass (one long chain
+/// of dependent operations for each group), then a throughput-bound pass. Apart, each fills the processor's window with many groups.
 /// @param next particles to prefetch, those of the next block. @tparam viscous  false: without the viscous pressure of shocks
 template <bool viscous, class Record, int fields>
-void scatter_block(const Grid& grid, const Block& block, const ParticleBin& next, const TransferOptions& options,
-                   SumHalo<Record> (&halo)[fields]) {
+void scatter_to_halo(const Grid& grid, const Block& block, const ParticleBin& next, const TransferOptions& options,
+                     SumHalo<Record> (&halo)[fields]) {
   using V = typename Group<Record>::Vector;
   using Scalar = ScalarOf<V>;
   constexpr int size = Group<Record>::size, batch = batch_of<Record>;
@@ -183,18 +183,18 @@ void clear_buffers(Grid& grid, const Block& block) {
 }
 
 /// Adds the particles of blocks that share no node. All threads of a parallel region call it and divide the blocks among themselves.
-/// @param outer  those with this value of Block::outer. @tparam fields as in scatter()
+/// @param outer  those with this value of Block::outer. @tparam fields as in scatter_all()
 template <class Record, int fields>
-void scatter_blocks(Grid& grid, std::span<const std::int32_t> blocks, bool outer, const TransferOptions& options,
-                    SumHalo<Record> (&halo)[fields]) {
+void scatter_disjoint_blocks(Grid& grid, std::span<const std::int32_t> blocks, bool outer, const TransferOptions& options,
+                             SumHalo<Record> (&halo)[fields]) {
   const auto threads = static_cast<std::size_t>(omp_get_num_threads());
-  const auto scatter_one = options.shock_viscosity > 0.0 ? scatter_block<true, Record, fields> : scatter_block<false, Record, fields>;
+  const auto to_halo = options.shock_viscosity > 0.0 ? scatter_to_halo<true, Record, fields> : scatter_to_halo<false, Record, fields>;
 #pragma omp for schedule(dynamic, 1)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Block& block = grid.block(blocks[i]);
     if (block.outer != outer) continue;
     const std::size_t next = std::min(i + threads, blocks.size() - 1);  // an estimate: threads get one block at a time
-    scatter_one(grid, block, grid.block(blocks[next]).particles, options, halo);
+    to_halo(grid, block, grid.block(blocks[next]).particles, options, halo);
     const Vec3& v = block.particles.frame.velocity;
     if (block.buffers != nullptr) clear_buffers<fields>(grid, block);
     for (int f = 0; f < fields; ++f) {
@@ -209,17 +209,17 @@ void scatter_blocks(Grid& grid, std::span<const std::int32_t> blocks, bool outer
 
 /// Outer blocks. The contributions of such a block all go to buffers (Block::buffers): outer blocks share no node, whatever their colours.
 template <class Record, int fields>
-void scatter_outer(Grid& grid, const TransferOptions& options) {
+void scatter_outer_blocks(Grid& grid, const TransferOptions& options) {
 #pragma omp parallel
   {
     SumHalo<Record> halo[fields];
-    scatter_blocks<Record, fields>(grid, grid.occupied_blocks(), true, options, halo);
+    scatter_disjoint_blocks<Record, fields>(grid, grid.occupied_blocks(), true, options, halo);
   }
 }
 
 /// The other blocks, colour by colour.
 template <class Record, int fields>
-void scatter_inner(Grid& grid, const TransferOptions& options) {
+void scatter_inner_blocks(Grid& grid, const TransferOptions& options) {
   const auto all = grid.own_blocks();
 #pragma omp parallel
   {
@@ -229,18 +229,18 @@ void scatter_inner(Grid& grid, const TransferOptions& options) {
     }
     SumHalo<Record> halo[fields];
     for (int colour = 0; colour < 8; ++colour) {
-      scatter_blocks<Record, fields>(grid, grid.coloured_blocks(colour), false, options, halo);
+      scatter_disjoint_blocks<Record, fields>(grid, grid.coloured_blocks(colour), false, options, halo);
     }
   }
 }
 
 /// @tparam fields 1: momenta with those of the internal forces; 2: momenta and force impulses
 template <class Record, int fields>
-void scatter(Grid& grid, const TransferOptions& options) {
+void scatter_all(Grid& grid, const TransferOptions& options) {
   Ranks& ranks = grid.ranks();
-  if (ranks.size() > 1) scatter_outer<Record, fields>(grid, options);
+  if (ranks.size() > 1) scatter_outer_blocks<Record, fields>(grid, options);
   ranks.send_parts(NodeFields(grid));
-  scatter_inner<Record, fields>(grid, options);
+  scatter_inner_blocks<Record, fields>(grid, options);
   ranks.add_parts(NodeFields(grid));
 }
 
@@ -250,9 +250,9 @@ void particle_to_grid(Grid& grid, const TransferOptions& options) {
   with_record_type(grid.precision(), [&](auto record) {
     using Record = decltype(record);
     if (grid.keeps_forces_apart()) {
-      scatter<Record, 2>(grid, options);
+      scatter_all<Record, 2>(grid, options);
     } else {
-      scatter<Record, 1>(grid, options);
+      scatter_all<Record, 1>(grid, options);
     }
   });
 }

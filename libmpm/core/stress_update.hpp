@@ -1,5 +1,5 @@
 #pragma once
-/// Constitutive update of one block's particles, sixteen at a time, or 32 in single precision.
+/// Constitutive update of one block's particles: sixteen at a time, or 32 in single precision; half as many without AVX-512.
 
 #include "libmpm/core/grid.hpp"
 #include "libmpm/material/any_material.hpp"
@@ -7,7 +7,7 @@
 namespace mpm {
 
 /// tau and the internal variable at t_n+1 from the velocity gradient C_p that grid_to_particle has set.
-/// @returns false if a particle's C, stress or internal variable is NaN or infinite, or if it was turned inside out, det(I + dt C) <= 0
+/// @returns false if C, stress or internal variable of a particle is not finite: laws give NaN if it is turned inside out (hencky_trial)
 bool update_stress(Grid& grid, std::int32_t block, const AnyMaterial& material, double dt);
 
 /// J = det F of one particle.

@@ -4,7 +4,7 @@
 ///
 ///   particle_to_grid   m_i = sum_p w_ip m_p
 ///                      p_i = sum_p w_ip ( m_p v_p + A_p (x_i - x_p) ),   A_p = m_p C_p - dt V_p^0 (4/dx^2) tau_p
-///   grid_to_particle   v_p = sum_i w_ip v_i,   C_p = (4/dx^2) sum_i w_ip v_i (x_i - x_p)^T,   x_p += dt v_p
+///   grid_to_particle   v_p = sum_i w_ip v_i,   C_p = (4/dx^2) sum_i w_ip v_i (x_i - x_p)^T,   x_p += dt sum_i w_ip v_i
 ///
 /// The second term of A_p is the internal force -V_p^0 tau_p grad w_ip times dt, with grad w_ip = (4/dx^2) w_ip (x_i - x_p).
 ///
@@ -68,7 +68,7 @@ inline std::int32_t moved_next(std::span<const std::int32_t> blocks, std::size_t
 /// Replaces the particle in a slot, and its cell. Before collect_migrants it may be anywhere within reach of a step.
 void relocate(Grid& grid, std::int32_t block, int slot, const Particle& particle);
 
-/// Moves the particles marked left_block into the block's outbox.
-void collect_migrants(Grid& grid, std::int32_t block, BlockMotion& motion);
+/// Moves the particles marked left_block into the block's outbox. @returns false if one crossed more than a block: the rest stays
+bool collect_migrants(Grid& grid, std::int32_t block);
 
 }  // namespace mpm

@@ -66,9 +66,7 @@ TEST_P(ParticleContactOf, ReturnsParticlesToTheSurfaceStopsThemAndBooksTheirMome
       EXPECT_LT(t.layer, first_node(grid.block(b).coordinate[2]) + block_edge);
       taken += t.impulse.linear, moment += t.impulse.angular;
     }
-    BlockMotion motion;
-    collect_migrants(grid, b, motion);
-    EXPECT_TRUE(motion.within_reach);
+    EXPECT_TRUE(collect_migrants(grid, b));
   }
   grid.migrate();
   const auto after = particles_of(grid);
@@ -108,8 +106,7 @@ TEST_P(ParticleContactOf, LeavesNothingBehindTheSurfaceAfterAFewSteps) {
   for (int step = 0; step < 6; ++step) {  // a cell each: the shapes are at most five cells deep
     for (const auto b : grid.occupied_blocks()) {
       (void)return_to_surface(grid, b, boundaries, density);
-      BlockMotion motion;
-      collect_migrants(grid, b, motion);
+      collect_migrants(grid, b);
     }
     grid.migrate();
   }
