@@ -21,7 +21,7 @@ LAYERS = (
     ("mpi", ("mpi",), {"mpi.h"}),
     ("io", ("io", "config"), {"Eigen", "omp.h", "fmt", "nlohmann", "hdf5.h", "zlib.h", "toml++"}),
     ("impact", ("impact", "observe"), {"Eigen", "omp.h", "fmt", "nlohmann", "boost"}),
-    ("driver", ("driver",), {"Eigen", "omp.h", "fmt", "nlohmann", "toml++", "boost"}),
+    ("driver", ("driver",), {"Eigen", "omp.h", "fmt", "nlohmann", "boost"}),
     ("campaign", ("campaign",), {"Eigen", "omp.h", "fmt", "nlohmann", "toml++"}),
 )
 LIBRARIES = {"mpi.h", "Eigen", "omp.h", "fmt", "nlohmann", "hdf5.h", "zlib.h", "toml++", "boost", "CLI", "gtest", "gmock", "benchmark", "sundials"}

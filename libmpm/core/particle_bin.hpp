@@ -41,8 +41,8 @@ class PagePool {
 
 /// Particles of one block: pages in slot order, and the slots sorted by cell.
 ///
-/// They are stored as Particle or as SingleRecord; one run has one of the two. Kernels work on the records. All other code reads and writes
-/// the value Particle as a whole.
+/// They are stored as Particle or as SingleRecord; one run has one of the two. Kernels and some other loops of core/ work on the records,
+/// all other code on the value Particle.
 class ParticleBin {
  public:
   ParticleBin() = default;
