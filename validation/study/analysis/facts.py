@@ -183,6 +183,12 @@ def numerics():
     return _wide_ratios(paired_summary(pairs), "group")
 
 
+def solver():
+    """Prediction at w/5: the solver of today over that of the earlier rows, same friction and duration, by Froude number and over all."""
+    earlier, today = (read_runs_or_refuse(rows(name)).runs for name in ("prediction_w5", "prediction_today_w5"))
+    return _wide_ratios(paired_summary(paired_rows(earlier, today)), "group").assign(rows=len(pd.read_csv(ROWS / "prediction_today_w5.csv")))
+
+
 def _wide_ratios(summary, *by):
     """A row for each group with the columns of all quantities."""
     found = []
@@ -322,6 +328,6 @@ def costs():
     return pd.read_csv(ROWS / "costs.csv", comment="#")
 
 
-TABLES = {f.__name__: f for f in (coefficients, aims, campaigns, provenance, friction, friction_reuse, choices, numerics, grid, pile_up, windows, strips,
+TABLES = {f.__name__: f for f in (coefficients, aims, campaigns, provenance, friction, friction_reuse, choices, numerics, solver, grid, pile_up, windows, strips,
                                   compaction, fluid, parts, mast_heights, first_impact, widths, costs, loads.load_factors)}
 TABLES["load_factors_over_snow"] = lambda: loads.over_snow(loads.load_factors())
