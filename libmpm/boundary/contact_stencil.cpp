@@ -106,7 +106,7 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
 class StencilBuilder {
  public:
   /// @param circle  the outline, in cells; empty for a polygon
-  StencilBuilder(std::optional<Circle> circle, const MirrorPlanes& mirror) : circle_(circle), mirror_(mirror) {}
+  StencilBuilder(const std::optional<Circle>& circle, const MirrorPlanes& mirror) : circle_(circle), mirror_(mirror) {}
 
   [[nodiscard]] bool computed(const Vec2& at) const { return (!mirror_.x || at.x() > -rounding) && (!mirror_.y || at.y() > -rounding); }
   /// The image of a position in the computed part.

@@ -14,7 +14,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-Outline::Outline(std::vector<Vec2> corners) { set_sides(corners); }
+Outline::Outline(const std::vector<Vec2>& corners) { set_sides(corners); }
 
 Outline::Outline(const Circle& circle) : circle_(circle) {
   constexpr int chords = 256;  // 7.5e-5 of the radius short of the circle

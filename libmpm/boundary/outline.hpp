@@ -57,7 +57,7 @@ class Outline {
   };
 
   /// @param corners  of a convex polygon, m, counter-clockwise
-  explicit Outline(std::vector<Vec2> corners);
+  explicit Outline(const std::vector<Vec2>& corners);
   explicit Outline(const Circle& circle);  ///< @param circle  m
 
   [[nodiscard]] std::optional<Circle> circle() const { return circle_; }    ///< where it is one

@@ -183,6 +183,7 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
         const MovingGroup<Record>& m = groups[n];
         Record* to[size];  // written to
 #pragma GCC unroll 4
+        // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): a Group reads only, here the block's own records
         for (int i = 0; i < size; ++i) to[i] = i < m.used ? const_cast<Record*>(m.from.p[i]) : &discarded[i];
         const PrefetchGroup<Record> prefetch(bin, next, first + size * n);
         const int base = hidden_from_optimizer(first_halo_node(cell));

@@ -175,7 +175,8 @@ bool overlap(const BodySpec& a, const BodySpec& b) {
   if (size.minCoeff() <= rounding) return false;
   constexpr int points = 24;
   for (int i = 0; i < points * points * points; ++i) {
-    const Vec3 at(i % points + 0.5, i / points % points + 0.5, i / (points * points) + 0.5);
+    const int row = i / points, layer = row / points;
+    const Vec3 at(i % points + 0.5, row % points + 0.5, layer + 0.5);
     const Vec3 x = low + size.cwiseProduct(at / points);
     if (inside_shape(a, x) && inside_shape(b, x)) return true;
   }
