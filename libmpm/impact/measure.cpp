@@ -86,6 +86,7 @@ ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double 
                           .box_inside = windows.box_inside.value_or(0.5 * cell_size),
                           .bin_height = windows.bin_height.value_or(0.5 * cell_size),
                           .profile_height = 5.0 * flow_height,
+                          .cell_volume = cell_size * cell_size * cell_size,
                           .obstacle = {BoxShape{.width = obstacle_width}.outline()}};
   geometry.force_window = windows.force_window;
   geometry.box_area = 2.0 * geometry.strip_half_width * geometry.box_upstream;

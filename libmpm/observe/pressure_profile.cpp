@@ -27,7 +27,7 @@ void PressureProfile::visit(const ParticleBatch& batch) {
   for (std::size_t i = 0; i < batch.size(); ++i) {
     const ParticleView p = batch[i];
     if (!geometry_.in_profile_box(p.position)) continue;
-    add(p.position, geometry_.normal_component(p.position, p.stress), p.volume_ratio(), p.mass);
+    add(p.position, geometry_.normal_component(p.position, p.stress), geometry_.counted_ratio(p.volume_ratio(), p.mass), p.mass);
   }
 }
 

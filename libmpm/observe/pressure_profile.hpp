@@ -15,7 +15,7 @@ struct FrontPressure {
                                  ///< obstacle (Eq. A4); from its foot
   std::optional<double> pressure_height;  ///< h_p, m; see pressure_height(). Empty where it is not defined
   double compaction = 0.0;       ///< mass in the impact box outside the obstacle, up to the same height, over its volume, over rho_0
-  std::vector<double> pressure;  ///< Pa, one a bin: -sum tau_xx / sum J (Eq. A4); 0 in an empty bin
+  std::vector<double> pressure;  ///< Pa, one a bin: -sum tau_xx / sum J (Eq. A4), J as ImpactGeometry::counted_ratio; 0 in an empty bin
 };
 
 /// Profile, impact pressure, pressure height and compaction, at each sample and over the steady interval.
@@ -35,7 +35,7 @@ class PressureProfile : public Observer {
   void load(const Arrays& arrays, std::size_t samples) override;
 
   /// @param position m. @param tau_nn Kirchhoff stress along the normal of the front (tau_xx before a face), Pa, tension positive.
-  /// @param J = det F > 0, particle volume over reference volume. @param mass kg, as computed (not doubled for the mirror).
+  /// @param J > 0, the volume ratio that the particle counts with. @param mass kg, as computed (not doubled for the mirror).
   /// Particles slightly below the floor count to the lowest bin, as those slightly inside the obstacle count to the box.
   void add(const Vec3& position, double tau_nn, double J, double mass);
   /// Evaluates the added particles, and starts again.

@@ -181,6 +181,18 @@ TEST(ImpactMeasurements, WeighsStressByTheParticlesVolume) {
   EXPECT_DOUBLE_EQ(frame.pressure[1], 0.0);
 }
 
+TEST(ImpactMeasurements, CountsNoParticleWithMoreThanACell) {
+  const double dx = 0.25, mass = rho0 * dx * dx * dx / 8.0;  // one of eight in a cell
+  const auto geometry = paper_geometry(H, w, dx, rho0, false);
+  EXPECT_EQ(geometry.counted_ratio(0.5, mass), 0.5);
+  EXPECT_EQ(geometry.counted_ratio(7.9, mass), 7.9);
+  EXPECT_DOUBLE_EQ(geometry.counted_ratio(1e5, mass), 8.0);
+  // so that one that has opened does not take the pressure of a full box away
+  auto points = lattice(dx, H, [](double) { return -1e5; });
+  points.push_back({{-0.1, 0.0, 0.3}, 0.0, geometry.counted_ratio(1e5, mass), mass});
+  EXPECT_NEAR(measure(geometry, points).impact_pressure, 1e5, 1.2e3);  // 8 of 840 volumes
+}
+
 TEST(ImpactMeasurements, CountsOnlyTheImpactBox) {
   const auto geometry = paper_geometry(H, w, 0.25, rho0, false);
   const double volume = 1.5 * 0.625 * H;
