@@ -26,12 +26,11 @@ std::vector<ParticleImpulse> return_to_surface(Grid& grid, std::int32_t index, s
         const Vec3 x = position_of(bin.record<decltype(type)>(s), bin.frame);
         if (!deep.contains(x)) continue;
         const UprightSolid::Nearest surface = geometry.nearest(x);
-        const double too_deep = -surface.distance - deepest_particle * dx;
-        if (too_deep <= 0.0) continue;
+        if (surface.distance >= -deepest_particle * dx) continue;
         Particle p = bin[s];
         const Vec3 before = velocity_of(p), at = position_of(p);
         const Vec3 after = contact_velocity(before, surface.normal, Vec3::Zero(), Contact::separable, solid->friction());
-        Eigen::Map<Vec3>(p.position) += std::min(too_deep, dx) * surface.normal;
+        Eigen::Map<Vec3>(p.position) += std::min(-surface.distance, dx) * surface.normal;
         Eigen::Map<Vec3>(p.velocity) = after;
         relocate(grid, index, s, p);
         const auto layer = std::clamp(static_cast<std::int32_t>(std::lround(at.z() / dx)), first, last);

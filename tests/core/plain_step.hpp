@@ -336,7 +336,7 @@ class Solver {
       if (distance >= -0.05 * dx_) continue;
       const Vec3 before = p.v;
       p.v = contact(p.v, normal, Contact::separable, solid->friction());
-      p.x += std::min(-distance - 0.05 * dx_, dx_) * normal;
+      p.x += std::min(-distance, dx_) * normal;
       impulses[b] += law_.density * p.volume * (before - p.v);
     }
   }

@@ -88,7 +88,7 @@ TEST_P(ParticleContactOf, ReturnsParticlesToTheSurfaceStopsThemAndBooksTheirMome
       continue;
     }
     ++held;
-    const double moved = std::min(depth - deepest_particle * dx, dx);
+    const double moved = std::min(depth, dx);
     EXPECT_LE((position_of(is) - position_of(was) - moved * surface.normal).norm(), rounding);
     const double into = -velocity_of(was).dot(surface.normal);
     EXPECT_NEAR(change.dot(surface.normal), -std::max(into, 0.0), rounding);
