@@ -61,6 +61,7 @@ std::string toml_string(const std::string& text) { return config::toml_text(toml
 
 std::string toml_list(const std::vector<std::string>& words) {
   std::vector<std::string> quoted;
+  quoted.reserve(words.size());
   for (const std::string& word : words) quoted.push_back(toml_string(word));
   return fmt::format("[{}]", fmt::join(quoted, ", "));
 }

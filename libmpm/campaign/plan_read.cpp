@@ -188,6 +188,7 @@ class BlockReader : private PlanInput {
       std::vector<Setting> set = settings_of(e, value, keys, here);
       if (set.empty()) continue;
       std::vector<std::string> texts;
+      texts.reserve(set.size());
       for (const Setting& s : set) texts.push_back(s.value);
       if (!given.insert(texts).second)
         problem(value.source(), here, fmt::format("{}: {} is given twice; give each value once", e.key, shown(value)));

@@ -18,8 +18,8 @@
 
 namespace mpm {
 
-/// Cells behind the surface up to which a particle is left where it is: round-off moves a particle that slides along the surface to either side, and the
-/// points let the flow through a circle between them by less.
+/// Cells behind the surface up to which a particle is left where it is: round-off moves a particle that slides along the surface to either
+/// side, and the points let the flow through a circle between them by less.
 inline constexpr double deepest_particle = 0.05;
 
 /// What a boundary took from particles near one layer of nodes.

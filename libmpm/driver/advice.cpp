@@ -306,8 +306,8 @@ ShortSlope shortest_slope(const HeightField& ground, double dx, const Vec2& low,
   const HeightField::Points& raster = ground.points();
   ShortSlope most;
   for (std::size_t k = 0; k < raster.height.size(); ++k) {
-    const Vec2 point =
-        raster.first + raster.spacing * Vec2(static_cast<double>(k % raster.columns), static_cast<double>(k / raster.columns));
+    const std::size_t column = k % raster.columns, row = k / raster.columns;
+    const Vec2 point = raster.first + raster.spacing * Vec2(static_cast<double>(column), static_cast<double>(row));
     for (const int axis : {0, 1}) {
       const Vec2 place = point + 0.5 * raster.spacing * Vec2::Unit(axis), cell = dx * Vec2::Unit(axis);
       if ((place.array() < low.array()).any() || (place.array() > high.array()).any()) continue;

@@ -70,7 +70,7 @@ CaseScene make_scene(const Case& c) {
   scene.domain_min = domain.min;
   scene.domain_max = domain.max;
   scene.mirror = mirror_planes(c);
-  scene.numerics = c.numerics;
+  scene.numerics = static_cast<const StepNumerics&>(c.numerics);
   scene.gravity = c.numerics.gravity_vector();
   BoundaryTables::for_each([&]<class T>() {
     const BoundarySetting setting{c.numerics.contact, ground};

@@ -106,7 +106,8 @@ std::vector<Particle> ConveyorSource::column_at(double time) const {
   std::vector<Particle> column;
   column.reserve(settled.size());
   for (const ColumnPoint& point : settled) {
-    const double row = static_cast<double>(column.size() / static_cast<std::size_t>(levels_));
+    const std::size_t rows_below = column.size() / static_cast<std::size_t>(levels_);
+    const auto row = static_cast<double>(rows_below);
     Particle p{};
     p.position[2] = point.height;
     p.volume = spacing_ * spacing_y_ * height / count * ratio;
@@ -219,16 +220,16 @@ std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule r
   std::vector<Boundary> walls;
   if (floor) walls.emplace_back(Wall{Vec3::Zero(), Vec3::UnitZ(), Contact::separable, 0.0, Vec3::Zero(), false, rule});
   const double half = 0.5 * conveyor.width;
-  walls.push_back(
+  walls.emplace_back(
       moving(Wall{Vec3(0, half, 0), -Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false, rule}, false));
   if (!conveyor.mirror_y)
-    walls.push_back(
+    walls.emplace_back(
         moving(Wall{Vec3(0, -half, 0), Vec3::UnitY(), conveyor.sidewall_contact, conveyor.sidewall_friction, belt, false, rule}, false));
   if (conveyor.feed == ConveyorSpec::Feed::window) {
     // always nodal: there is snow on both sides of the inlet, and a folded wall would mirror the window's velocities behind it
-    walls.push_back(moving(Wall{Vec3(-conveyor.upstream_length, 0, 0), Vec3::UnitX(), Contact::slip, 0.0, belt, false}, true));
+    walls.emplace_back(moving(Wall{Vec3(-conveyor.upstream_length, 0, 0), Vec3::UnitX(), Contact::slip, 0.0, belt, false}, true));
     const Wall end{Vec3(conveyor.downstream_length, 0, 0), -Vec3::UnitX(), Contact::separable, 0.0, outlet, false};
-    walls.push_back(inflow.sheared() ? moving(end, true) : end);
+    walls.emplace_back(inflow.sheared() ? moving(end, true) : end);
   }
   return walls;
 }

@@ -42,7 +42,7 @@ struct BoxShape {
     double upstream = 0.0;
     for (const Vec2& corner : corners) upstream = std::min(upstream, corner.x());
     for (Vec2& corner : corners) corner.x() -= upstream;
-    return Outline(std::move(corners));
+    return Outline(corners);
   }
 };
 
