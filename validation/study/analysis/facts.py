@@ -179,14 +179,16 @@ def _over(name, key, changed, base):
 
 def numerics():
     """Prediction over reproduction at 0.25 m, same friction and duration, by Froude number and over all."""
-    pairs = paired_rows(runs_of("reproduction"), read_runs_or_refuse(rows("prediction_w7")).runs)
-    return _wide_ratios(paired_summary(pairs), "group")
+    return _later_over_earlier(runs_of("reproduction"), read_runs_or_refuse(rows("prediction_w7")).runs)
 
 
 def solver():
     """Prediction at w/5: the solver of today over that of the earlier rows, same friction and duration, by Froude number and over all."""
-    earlier, today = (read_runs_or_refuse(rows(name)).runs for name in ("prediction_w5", "prediction_today_w5"))
-    return _wide_ratios(paired_summary(paired_rows(earlier, today)), "group").assign(rows=len(pd.read_csv(ROWS / "prediction_today_w5.csv")))
+    return _later_over_earlier(*(read_runs_or_refuse(rows(name)).runs for name in ("prediction_w5", "prediction_today_w5")))
+
+
+def _later_over_earlier(earlier, later):
+    return _wide_ratios(paired_summary(paired_rows(earlier, later)), "group")
 
 
 def _wide_ratios(summary, *by):

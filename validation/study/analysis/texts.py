@@ -216,8 +216,9 @@ def _factors(values, label, rows, columns):
 
 
 def _names(values, kind):
-    keys = [key.split() for key in values.tables["load_factors_over_snow"].index]
-    return [(key[1].replace("_", " "), key[1]) for key in dict((key[1], key) for key in keys if key[0] == kind).values()]
+    """(label, name) of the loads of a kind."""
+    names = dict.fromkeys(key.split()[1] for key in values.tables["load_factors_over_snow"].index if key.startswith(f"{kind} "))
+    return [(name.replace("_", " "), name) for name in names]
 
 
 SLIPS = [(slip, slip) for slip in ("1", "0.7", "0.4", "0")]
