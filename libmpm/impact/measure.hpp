@@ -58,9 +58,8 @@ struct ImpactGeometry {
   [[nodiscard]] double impact_top() const { return std::min(obstacle.foot() + flow_height, obstacle.top); }
   /// x of the front at y, m.
   [[nodiscard]] double front(double y) const { return obstacle.outline.section(y).value_or(Interval{}).low; }
-  /// The volume ratio that a particle counts with: no particle fills more than a cell. Snow that opens at a wall bears no stress, its
-  /// volume grows without bound (10^4 of the reference volume in 7 s at Fr 7), and would outweigh all others. @param J  det F. @param mass
-  /// kg
+  /// The volume ratio that a particle counts with: no particle fills more than a cell. The volume of snow that opens at a wall grows
+  /// without bound; it bears no stress, and would outweigh all others. @param J  det F. @param mass  kg
   [[nodiscard]] double counted_ratio(double J, double mass) const { return std::min(J, cell_volume * density / mass); }
   /// Component of a symmetric tensor (xx yy zz xy xz yz) along the normal of the front near a position.
   [[nodiscard]] double normal_component(const Vec3& position, std::span<const double, 6> stress) const;
