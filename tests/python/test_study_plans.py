@@ -28,7 +28,7 @@ REPRODUCTION = {"numerics.contact": "nodal", "numerics.transfer": "apic", "numer
 PREDICTION = {"numerics.contact": "surface", "numerics.transfer": "aflip", "numerics.relaxation_cells": 5, "numerics.shock_viscosity": 10}
 INPUTS = ("conveyor.froude_number", "material.critical_state_slope", "material.cohesion_beta", "material.hardening_xi")
 RUNS = {  # of each plan
-    "extensions/arms": 45, "extensions/fronts": 108, "extensions/height": 24, "extensions/shapes": 160, "prediction/grids": 48, "prediction/settled": 12, "prediction/w5": 371,
+    "extensions/arms": 45, "extensions/fronts": 108, "extensions/height": 24, "extensions/shapes": 160, "prediction/grids": 48, "prediction/settled": 12, "prediction/time_step": 54, "prediction/w5": 371,
     "prediction/w7": 371, "quick": 12, "reproduction/friction": 177, "reproduction/placement_rules": 12, "reproduction/friction_rules": 520, "reproduction/full": 371,
     "reproduction/sections": 2, "reproduction/strip": 20, "reproduction/transfer": 45, "reproduction/transfer_rules": 12, "reproduction/w5": 371,
     "reproduction/windows": 72, "sensitivity": 99, "width": 24}
