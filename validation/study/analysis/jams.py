@@ -9,7 +9,7 @@ the mast: the layers that enter with the speed of the belt push the snow against
     jammed    = jam index > 1.5
 
 Both numbers were chosen on the first reproduction kept in validation/study, after its heights had been seen. In a window of twice the
-length none of its jams is left (validation/study/jams.md). `jam_coefficients` shows what other limits would do. 25 keeps the quotient from
+length none of its jams is left (validation/study/limits.md). `jam_coefficients` shows what other limits would do. 25 keeps the quotient from
 judging weak snow, whose static force is small.
 """
 

@@ -1,5 +1,5 @@
 """How far a rule for the friction of the mast is from the paper: from its eight printed scores, and from what its Appendix A3 says about the
-errors of its equations over Fr, xi and M'. yardstick.md states the sentences, the criteria and when they were fixed.
+errors of its equations over Fr, xi and M'. choices.md states the criteria and when they were fixed.
 
 The paper's scores and sentences are about its own data and its own fit. So the equations are fitted to the runs of a rule (narrow set, without
 the fluid), and the errors of this fit are judged. The coefficients themselves are not: to choose a friction by them would be circular.
