@@ -111,12 +111,12 @@ class Tables(unittest.TestCase):
                                                            ("front", "front_20_slip_0", "peak_force"), ("arm", "base_1.5", "drag")) for flow in flows])
         values = texts.Values({"load_factors": table.assign(key=range(len(table))), "load_factors_over_snow": loads.over_snow(table)})
         both = "0.82 (0.72 to 0.93) | 0.82 (0.72 to 0.93)"
-        self.assertIn(f"| square 45 | {both} |", values.block("shape_factors"))
-        self.assertIn("| base 1.5 | 0.82 (0.72 to 0.93) |", values.block("arms"))
+        self.assertIn(f"| square 45, wedge 45 | {both} |", values.block("shape_factors"))
+        self.assertIn("| 1.5 H | 0.82 (0.72 to 0.93) |", values.block("arms"))
         peaks = values.block("peaks")
-        self.assertIn("| slip | 90°, Fr 1 | 90°, Fr 3 | 20°, Fr 1 | 20°, Fr 3 |", peaks)
-        self.assertIn(f"| 0 | {both} | {both} |", peaks)
-        self.assertIn("| 1 | – | – | – | – |", peaks)
+        self.assertIn("| slip | front of 90° | front of 45° | front of 20° |", peaks)
+        self.assertIn("| 0 | 0.82, 0.82, – | –, –, – | 0.82, 0.82, – |", peaks)
+        self.assertEqual(values.loads_spread("front", "peak_force"), "−12 to +12 %")
         self.assertAlmostEqual(values.loads_uncertainty("front", "peak_force"), 0.1 / 0.725)
 
 

@@ -14,7 +14,7 @@ TABLES = {"ratios": pd.DataFrame({"key": ["flip", "aflip"], "runup": [1.04, 0.99
 class Numbers(unittest.TestCase):
     def test_are_written_in_the_form_that_is_asked_for(self):
         for value, form, text in ((0.0414, "+%", "+4 %"), (-0.0414, "+.1%", "−4.1 %"), (0.0004, "+%", "0 %"), (-0.0004, "+.0%", "0 %"), (0.13, ".1%", "13.0 %"),
-                                  (-1.25, ".1f", "−1.2"), (np.nan, ".2f", "–")):
+                                  (-1.25, ".1f", "−1.2"), (np.nan, ".2f", "–"), (-0.001, ".2f", "0.00")):
             self.assertEqual(texts.number(value, form), text)
 
     def test_come_from_a_table_by_name(self):

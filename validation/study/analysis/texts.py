@@ -22,8 +22,6 @@ TABLES, TEMPLATES = STUDY / "tables", STUDY / "analysis" / "texts"
 ELSEWHERE = {"load_factors": FILE}  # tables of mpmtools, which is installed without the study
 DIGITS = 5  # of a number in tables/
 NAMES = {"k_r": "k_r", "kappa_r": "κ_r", "k_p": "k_p", "Fr_sat": "Fr_sat", "kappa_p": "κ_p"}
-LABELS = {"paper": "**paper**", "reproduction": "reproduction", "prediction": "prediction (solver of before)", "reproduction_fluid": "reproduction, with the fluid",
-          "reproduction_wide": "reproduction, wide set", "prediction_fluid": "prediction, with the fluid"}
 # Numbers that are inputs of the study or bounds that it set itself; all others come from a table.
 TYPED = re.compile(r"(?<![\w./^])[-+−±]?\d+(?:\.\d+)?(?:\s?%)?")
 INPUTS = {"0", "1", "2", "3", "4", "5", "6", "7", "8", "10", "12", "20", "27", "30", "45", "60", "64", "90", "371", "0.05", "0.1", "0.15", "0.2", "0.25", "0.3", "0.4",
@@ -60,7 +58,8 @@ def number(value, form):
         sign, digits = ("+" if "+" in form else ""), (form.strip("+%").lstrip(".") or "0")
         text = f"{100.0 * value:{sign}.{digits}f}"
         return (text.lstrip("+-") if float(text) == 0.0 else text).replace("-", "−") + " %"
-    return f"{value:{form}}".replace("-", "−")
+    text = f"{value:{form}}"
+    return (text.lstrip("-") if float(text) == 0.0 else text).replace("-", "−")
 
 
 class Values:
@@ -89,8 +88,23 @@ class Values:
         low, high = (number(self.raw(table, key, f"{quantity}_{end}") - 1.0, form) for end in ("low", "high"))
         return f"{low.removesuffix(' %')} to {high}"
 
+    def largest(self, table, column):
+        return float(self.tables[table][column].max())
+
+    def keys_with(self, table, column):
+        """The names of the rows in which a column is 1."""
+        of = self.tables[table]
+        return ", ".join(of.index[of[column] == 1]).replace("phi", "φ")
+
     def block(self, name, *arguments):
         return BLOCKS[name](self, *arguments)
+
+    def loads_spread(self, kind, quantity):
+        """How far the factors of single kinds of snow are from their mean, at the most and over it: '−23 to +40 %'."""
+        of = self.tables["load_factors_over_snow"]
+        of = of[of.index.str.startswith(f"{kind} ") & of.index.str.contains(f" {quantity} ")]
+        low, high = (of.factor_low / of.factor).min() - 1.0, (of.factor_high / of.factor).max() - 1.0
+        return f"{number(low, '+%').removesuffix(' %')} to {number(high, '+%')}"
 
     def loads_uncertainty(self, kind, quantity):
         """The largest uncertainty of a factor, over the factor."""
@@ -104,58 +118,55 @@ def markdown(head, rows):
     return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]])
 
 
-def block_headline(values, *keys):
-    """Coefficients, and the scatter about the own fit beside that about the published equation."""
-    head = ["", "runs", *NAMES.values(), "RMSLE: own fit, published", "within 10 / 25 %", "NRMSE: own fit, published", "within 10 / 25 %"]
-    rows = []
-    for key in keys:
-        own = key == "paper"
-        cells = [LABELS[key], "" if own else values.value("coefficients", key, "runs", ".0f")]
-        for name in NAMES:
-            cell = values.value("coefficients", key, name, ".3f")
-            cells.append(cell if own else f"{cell} ({values.value('coefficients', key, name + '_off', '+.0%')})")
-        for short in "rp":
-            error = values.value("coefficients", key, f"error_{short}", ".1%")
-            cells.append(error if own else f"{error}, {values.value('coefficients', key, f'error_{short}_published', '.1%')}")
-            cells.append(" / ".join(values.value("coefficients", key, f"within_{p}_{short}", ".0%").removesuffix(" %") for p in (10, 25)))
-        rows.append(cells)
-    return markdown(head, rows)
+COLUMNS = {"paper": "**paper**", "reproduction": "reproduction", "reproduction_wide": "wide set", "reproduction_fluid": "with the fluid",
+           "prediction": "prediction (earlier solver)"}
+INTERVALS = ("reproduction", "prediction")  # the columns beside which their intervals are
 
 
-def block_intervals(values, *keys):
-    rows = [[LABELS[key], *(f"{values.value('coefficients', key, f'{name}_from')} to {values.value('coefficients', key, f'{name}_to')}" for name in NAMES)]
-            for key in keys]
-    return markdown(["90 %, kinds of snow drawn anew", *NAMES.values()], rows)
+def block_headline(values):
+    """Coefficients with their intervals, and the scatter about the own fit and about the published equation; a column for each campaign and set."""
+    def row(label, cell, interval=lambda key: ""):
+        cells = [label]
+        for key in COLUMNS:
+            cells += [cell(key), interval(key)] if key in INTERVALS else [cell(key)]
+        return cells
 
+    def get(column, form):
+        return lambda key: values.value("coefficients", key, column, form)
 
-AIM_NAMES = {**{name: f"{symbol} within 10 %" for name, symbol in NAMES.items()}, **{f"{name}_wide": f"{symbol} within 15 %, wide set" for name, symbol in NAMES.items()},
-             "rmsle": "RMSLE of the own fit within 2 points of the paper's", "nrmse": "NRMSE at most the paper's"}
+    def coefficient(name):
+        return lambda key: get(name, ".3f")(key) + ("" if key == "paper" else f" ({get(name + '_off', '+.0%')(key)})")
+
+    rows = [row(symbol, coefficient(name), lambda key, name=name: f"{get(name + '_from', '.2f')(key)} to {get(name + '_to', '.2f')(key)}")
+            for name, symbol in NAMES.items()]
+    for short, score in (("r", "RMSLE of the run-up"), ("p", "NRMSE of the pressure height")):
+        rows.append(row(score, lambda key, short=short: ", ".join(get(f"error_{short}{about}", ".1%")(key) for about in (("",) if key == "paper" else ("", "_published")))))
+        rows.append(row("– within 10 / 25 %", lambda key, short=short: " / ".join(get(f"within_{p}_{short}", ".0%")(key).removesuffix(" %") for p in (10, 25))))
+    rows.append(row("runs", lambda key: "" if key == "paper" else get("runs", ".0f")(key)))
+    return markdown(row("", COLUMNS.get, lambda key: "90 %"), rows)
 
 
 def block_aims(values, campaign):
-    """The names of the aims that are met, and of those that are missed, with what was found."""
+    """How many aims are met, and the names of those that are missed, with what was found."""
     table = values.tables["aims"]
-    parts = []
-    for met, word in ((1, "Met"), (0, "Missed")):
-        of = [f"{AIM_NAMES[key]} ({number(table.loc[key, campaign], '+.0%' if key.split('_wide')[0] in NAMES else '.1%')})" for key in table.index
-              if table.loc[key, f"{campaign}_met"] == met]
-        parts.append(f"{word}: {', '.join(of) or 'none'}.")
-    return " ".join(parts)
+    names = {**NAMES, **{f"{name}_wide": f"{symbol} of the wide set" for name, symbol in NAMES.items()}, "rmsle": "RMSLE", "nrmse": "NRMSE"}
+    missed = table[table[f"{campaign}_met"] == 0][campaign]
+    texts = [f"{names[key]} ({number(value, '.1%' if key in ('rmsle', 'nrmse') else '+.0%')})" for key, value in missed.items()]
+    return f"{len(table) - len(missed)} of {len(table)} are met. Missed: {', '.join(texts) or 'none'}."
 
 
 def block_friction(values):
-    head = ["friction of the mast", "scores", "Fr", "ξ", "M'", "**distance**", "behind the nearest", "fluid", "agrees", "k_r", "κ_r", "RMSLE part met by"]
     rows = []
     for key in values.tables["friction"].index:
         def get(column, form=".2f", key=key):
             return values.value("friction", key, column, form)
-        rows.append([key.replace("phi", "φ"), get("scores"), get("Fr"), get("xi"), get("M'"), f"**{get('distance')}**", f"{get('behind')} ± {get('behind_error')}",
-                     get("fluid_rmsle", ".0%"), "yes" if values.tables["friction"].loc[key, "agrees"] else "no", get("k_r"), get("kappa_r")])
-    return markdown(head[:-1], rows)
+        rows.append([key.replace("phi", "φ"), get("scores"), get("Fr"), get("M'"), f"**{get('distance')}**", f"{get('behind')} ± {get('behind_error')}",
+                     get("fluid_rmsle", ".0%"), f"{get('k_r')}, {get('kappa_r')}"])
+    return markdown(["friction of the mast", "scores", "Fr", "M'", "**distance**", "behind the nearest", "fluid", "k_r, κ_r"], rows)
 
 
 CHOICE_NAMES = {"flip": "FLIP 0.95 for APIC, 0.25 m", "aflip": "AFLIP for APIC, 0.25 m", "aligned": "aligned lattice for staggered, Fr ≤ 1, 0.25 m",
-                "particles_27": "27 particles a cell for 8, w/5", "cells_w7": "w/7 for w/5",
+                "particles_27": "27 particles a cell for 8, w/5",
                 "cfl_02": "CFL number 0.2 for 0.4 (nodes, APIC)", "cfl_08_reproduction": "CFL number 0.8 for 0.4 (nodes, APIC)",
                 "cfl_08_prediction": "CFL number 0.8 for 0.4 (surface, AFLIP)", "window_long": "window 1.5 times as long",
                 "walls_slip": "side walls without friction", "slope_30": "slope of 30°"}
@@ -181,7 +192,7 @@ def block_grid(values):
 
 
 def block_pile_up(values):
-    columns = list(values.tables["pile_up"].columns)
+    columns = ("0.40", "0.59", "0.80", "1.20", "1.42", "1.76", "2.30")
     names = {"reproduction_r": "run-up", "reproduction_p": "pressure height"}
     return markdown(["(h/H − 1)/M' at M' =", *columns], [[name, *(values.value("pile_up", key, c) for c in columns)] for key, name in names.items()])
 
@@ -196,7 +207,7 @@ def block_windows(values):
 
 
 def block_heights(values):
-    keys = list(values.tables["mast_heights"].index)
+    keys = [key for key in values.tables["mast_heights"].index if float(key) < 5.0]  # above, nothing changes
     return markdown(["mast height over H", *keys], [[f"Fr {froude}", *(values.value("mast_heights", key, froude) for key in keys)] for froude in ("1", "3", "5")])
 
 
@@ -226,32 +237,41 @@ SLIPS = [(slip, slip) for slip in ("1", "0.7", "0.4", "0")]
 
 def block_shape_factors(values):
     columns = [(f"{head}, Fr {froude}", f"shape {{}} {quantity} {froude}") for head, quantity in (("force", "force"), ("run-up", "runup")) for froude in ("0.3", "1", "3", "5", "7")]
-    return _factors(values, "over the square", _names(values, "shape"), columns)
+    same = {"square 45": "square 45, wedge 45", "wedge 45": None, "square": None}  # one front; all 1
+    names = [(same.get(label, label), name) for label, name in _names(values, "shape")]
+    return _factors(values, "over the square", [(label, name) for label, name in names if label], columns)
+
+
+def _factors_by_speed(values, label, names, columns):
+    """A row a slip and a column a (head, key without the slip and the Froude number); a cell has the means over M' at Fr 1, 3 and 5."""
+    factors = values.tables["load_factors_over_snow"].factor
+
+    def cell(name, key):
+        return ", ".join(number(factors.get(key.format(name, froude), np.nan), ".2f") for froude in ("1", "3", "5"))
+
+    return markdown([label, *(head for head, _ in columns)], [[text, *(cell(name, key) for _, key in columns)] for text, name in names])
 
 
 def block_peaks(values):
-    columns = [(f"{front}°, Fr {froude}", f"front front_{front}_slip_{{}} peak_force {froude}") for front in ("90", "45", "20") for froude in ("1", "3", "5")]
-    return _factors(values, "slip", SLIPS, columns)
+    return _factors_by_speed(values, "slip", SLIPS, [(f"front of {front}°", f"front front_{front}_slip_{{}} peak_force {{}}") for front in ("90", "45", "20")])
 
 
 def block_sheared(values):
     quantities = (("arm over H", "lever_arm"), ("force", "force_over_plug"), ("moment", "moment_over_plug"), ("run-up", "runup_over_plug"))
-    columns = [(f"{head}, Fr {froude}", f"front front_90_slip_{{}} {quantity} {froude}") for head, quantity in quantities for froude in ("1", "3", "5")]
-    return _factors(values, "slip", SLIPS, columns)
+    return _factors_by_speed(values, "slip", SLIPS, [(head, f"front front_90_slip_{{}} {quantity} {{}}") for head, quantity in quantities])
 
 
 def block_arms(values):
-    columns = [(f"{name}, Fr {froude}", f"arm {{}} {name} {froude}") for name in ("drag", "lift") for froude in ("3", "5", "7")]
-    return _factors(values, "underside over H", _names(values, "arm"), columns)
+    columns = [(f"{name}, Fr {froude}", f"arm {{}} {name} {froude}") for name in ("drag", "lift") for froude in ("3", "7")]
+    names = [(label.removeprefix("base ") + " H", name) for label, name in _names(values, "arm")]
+    return _factors(values, "underside at", names, columns)
 
 
 def block_widths(values):
-    rows = []
-    for key in values.tables["widths"].index:
-        slope, width = key.split()
-        rows.append([f"M = {slope}", f"{width} H", *(f"{values.value('widths', key, f'{q}_low')} to {values.value('widths', key, f'{q}_high')}" for q in ("runup", "pressure_height")),
-                     values.value("widths", key, "guideline")])
-    return markdown(["snow", "width", "run-up", "pressure height", "guideline"], rows)
+    widths = ("0.5", "2", "3")
+    rows = [[f"M = {slope}, {label}", *(f"{values.value('widths', f'{slope} {w}', q + '_low')} to {values.value('widths', f'{slope} {w}', q + '_high')}" for w in widths)]
+            for slope in ("0.5", "0.9") for q, label in (("runup", "run-up"), ("pressure_height", "pressure height"))]
+    return markdown(["width of the mast over H", *widths], [*rows, ["guideline", *(values.value("widths", f"0.5 {w}", "guideline") for w in widths)]])
 
 
 BLOCKS = {name.removeprefix("block_"): block for name, block in list(globals().items()) if name.startswith("block_")}
@@ -274,7 +294,8 @@ def made_pages(tables):
     """{name: text} of every page."""
     values = Values(tables)
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    environment.globals.update(number=number, value=values.value, raw=values.raw, change=values.change, span=values.span, block=values.block, loads_uncertainty=values.loads_uncertainty)
+    environment.globals.update(number=number, **{name: getattr(values, name) for name in ("value", "raw", "change", "span", "largest", "keys_with", "block",
+                                                                                       "loads_uncertainty", "loads_spread")})
     return {path.stem: wrapped(environment.get_template(path.name).render()) for path in sorted(TEMPLATES.glob("*.md.j2"))}
 
 
