@@ -24,8 +24,8 @@ for requirement in metadata.requires("mpmtools"):
     import_module(re.match(r"\\w+", requirement)[0])
 import mpmtools.design.page, mpmtools.fit.command
 assert len(mpmtools.design.factors.load_factors()) > 10
-for package, name in (("design", "design_page"), ("figures", "view_page")):
-    assert (pathlib.Path(mpmtools.__file__).parent / package / f"{name}.html.j2").exists(), name
+for package, name in (("design", "design_page.html"), ("figures", "view_page.html"), ("avaframe", "case.toml"), ("avaframe", "site.toml")):
+    assert (pathlib.Path(mpmtools.__file__).parent / package / f"{name}.j2").exists(), name
 if len(sys.argv) > 1:
     case = Case.read(sys.argv[1]).changed({"numerics.cell_size_m": 0.875, "conveyor.width_m": 8.75, "output.duration_s": 0.1})
     print(case.run(sys.argv[2], threads=1, progress=False).quantity("force_peak_n"))

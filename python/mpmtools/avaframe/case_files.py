@@ -4,6 +4,8 @@ import math
 import os
 from typing import NamedTuple
 
+import jinja2
+
 from mpmtools.avaframe import flow as flows, ground
 from mpmtools.avaframe.flow import LEAST_DEPTH, degrees_text, flow_at, passage, strongest
 from mpmtools.avaframe.projection import check_same
@@ -14,62 +16,8 @@ from mpmtools.errors import ConfigError
 from mpmtools.files import require_no_files, write_text
 
 UNEVEN = 0.1  # flow depths: a case gets the terrain where the ground differs by more from a plane (assumed)
-BELT = 9.0  # mast widths: belt of the case below, 6 + 3 log10(hardening_xi / 0.05)
+BELT = 9.0  # mast widths: belt of case.toml.j2, 6 + 3 log10(hardening_xi / 0.05)
 OBLIQUE = 10.0  # degrees: a fall across the flow, or a rise along it, beyond is stated
-
-
-CASE = """\
-title = "{title}"
-
-[material]                     # dry, loose snow of the paper (Sect. 4.3); choose your own
-critical_state_slope = 0.5
-cohesion_beta = 0.15
-hardening_xi = 0.5
-density_kg_m3 = {density:g}
-
-[conveyor]
-inflow_csv = "inflow.csv"      # time, depth normal to the ground, speed
-upstream_length_m = {upstream:g}
-downstream_length_m = {downstream:g}
-{ground}
-[obstacle]
-width_m = {width:g}
-depth_m = {width:g}
-
-[numerics]
-cell_size_m = {cell:.6g}
-gravity_m_s2 = {gravity:.6g}   # g cos(slope), slope {slope:.1f} degrees: the ground holds the flow at its speed
-
-[output]
-duration_s = {duration:g}
-"""
-
-
-TERRAIN = """\
-sidewall_contact = "slip"      # side walls that drag the snow would push it into slopes
-mirror_y = false
-
-[terrain]
-file = "terrain.asc"           # heights over the plane of the ground in this window; another window needs another import
-"""
-
-
-SITE = """\
-title = "{title}"
-
-[flow]                         # taken to go on like this
-source = "com1DFA of AvaFrame, {title}: {moment}"
-depth_m = {depth:.4g}
-velocity_m_s = {speed:.4g}
-density_kg_m3 = {density:g}
-slope_deg = {slope:.4g}
-snow_class = "loose"           # choose: loose, cold_dense, wet_dense (assumed), or entries [[snow]]
-
-[mast]
-shape = "box"                  # or cylinder
-width_m = {width:g}
-# height_m = 12                # of the mast; then its eigenfrequencies, each: [[mode]] frequency_hz = 2.5
-"""
 
 
 class Setup(NamedTuple):
@@ -127,6 +75,13 @@ def ground_lines(plane, direction):
     return lines
 
 
+def write_filled(template, path, **values):
+    """Writes a file from its template in this folder."""
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(os.path.dirname(__file__)), trim_blocks=True, keep_trailing_newline=True,
+                                     undefined=jinja2.StrictUndefined)
+    write_text(path, environment.get_template(template).render(values))
+
+
 def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, density=200.0, terrain=None):
     """Writes site.toml and, from results at time steps, case.toml, inflow.csv and, on uneven ground, terrain.asc. @return lines for the user
 
@@ -165,11 +120,12 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
                    "".join(f"{t:.6g},{d:.6g},{v:.6g}\n" for t, d, v in zip(times, flow.depth, flow.speed)))
         if relief:
             write_text(os.path.join(out, "terrain.asc"), relief.text)
-        write_text(case, CASE.format(title=title, density=density, width=width, cell=sizes.cell, upstream=sizes.upstream,
-                                     downstream=sizes.downstream, gravity=STANDARD_GRAVITY * math.cos(plane.slope), slope=slope,
-                                     duration=math.floor(times[-1]) + 1, ground=TERRAIN if relief else ""))
+        write_filled("case.toml.j2", case, title=title, density=density, width=width, cell=sizes.cell, upstream=sizes.upstream,
+                     downstream=sizes.downstream, gravity=STANDARD_GRAVITY * math.cos(plane.slope), slope=slope,
+                     duration=math.floor(times[-1]) + 1, terrain=bool(relief))
         lines.append(f"wrote {os.path.join(out, 'inflow.csv')} and case.toml: mpm check {case}")
-    write_text(site, SITE.format(title=title, moment=moment, depth=flow.depth[row], speed=flow.speed[row], density=density, slope=slope, width=width))
+    write_filled("site.toml.j2", site, title=title, moment=moment, depth=flow.depth[row], speed=flow.speed[row], density=density, slope=slope,
+                 width=width)
     lines.append(f"wrote {site}; choose the kind of snow in it, then: mpm design {site} --quick --out {os.path.join(out, 'design')}")
     return lines
 
