@@ -43,12 +43,9 @@ def read_text(path):
     """The content of a text file in UTF-8, behind a byte-order mark if there is one."""
     try:
         with open(path, "rb") as file:
-            blocks = []
-            while block := file.read(1 << 22):
-                blocks.append(block)
-                if len(blocks) << 22 > MOST_BYTES:
-                    raise InputError(f"cannot read '{path}': it has more than {MOST_BYTES} bytes; this is no file of this program")
-        content = b"".join(blocks)
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise InputError(f"cannot read '{path}': it has more than {MOST_BYTES} bytes; this is no file of this program")
         return content.decode("utf-8-sig")
     except OSError as error:
         raise InputError(f"cannot read '{path}': {error.strerror}") from None

@@ -162,11 +162,7 @@ class SnowDensity:
             found[open_rays[inside]] = way[open_rays[inside]]
             open_rays = open_rays[~inside & (way[open_rays] < end[open_rays])]
         met = np.flatnonzero(np.isfinite(found))
-
-        def inside_at(ways):
-            return self.at(eye[met] + ways[:, None] * rays[met]) > LEVEL
-
-        found[met] = crossing(inside_at, last[met], found[met], 6)  # to a hundredth of a cell
+        found[met] = crossing(lambda ways: self.at(eye[met] + ways[:, None] * rays[met]) > LEVEL, last[met], found[met], 6)  # to a hundredth of a cell
         return found
 
 
