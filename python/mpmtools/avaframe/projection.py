@@ -4,6 +4,11 @@ import re
 
 from mpmtools.errors import InputError
 
+try:
+    import rasterio
+except ImportError:
+    rasterio = None
+
 UNIT = re.compile(r'\b(LENGTH|ANGLE|SCALE)?UNIT\["([^"]*)",\s*([-+.\deE]+)', re.IGNORECASE)  # of WKT 1 and 2
 ANGLE = re.compile(r"deg|rad|gra?d|gon|unity", re.IGNORECASE)
 METRE = re.compile(r"met(re|er)s?$|m$", re.IGNORECASE)
@@ -39,14 +44,11 @@ def same(one, other):
     plain = [re.sub(r"\s", "", wkt).lower() for wkt in (one, other)]
     if plain[0] == plain[1]:
         return True
-    try:
-        from rasterio.crs import CRS as System
-        from rasterio.errors import CRSError
-    except ImportError:
+    if rasterio is None:
         return False
     try:
-        a, b = (System.from_user_input(wkt, morph_from_esri_dialect=True) for wkt in (one, other))
-    except CRSError:
+        a, b = (rasterio.crs.CRS.from_user_input(wkt, morph_from_esri_dialect=True) for wkt in (one, other))
+    except rasterio.errors.CRSError:
         return False
     return a == b or (a.to_epsg() is not None and a.to_epsg() == b.to_epsg())
 
@@ -60,7 +62,9 @@ def check_same(grids):
     first = next(iter(named.values()), None)
     for wkt, grid in named.items():
         if not same(wkt, first.projection):
-            raise InputError(f"{grid.path} and {first.path} have different projections; reproject one of them{without_rasterio()}")
+            only_text = "" if rasterio else (" (compared as text, since Debian's python3-rasterio is missing; two spellings of one system are told apart "
+                                             "only with it)")
+            raise InputError(f"{grid.path} and {first.path} have different projections; reproject one of them{only_text}")
     if first is None:
         return [f"no projection is stated for {grids[0].path} or the other rasters: their coordinates are taken to be metres in one system; "
                 "put a .prj with the projection beside the DEM and the results to have this checked"]
@@ -71,11 +75,3 @@ def check_same(grids):
                              "projections; put the .prj of its projection beside it")
     return [f"{first.path} states its projection; {unnamed[0].path}{' and others' * (len(unnamed) > 1)} do not, but lie on the same grid: taken "
             "to have the same"] if unnamed else []
-
-
-def without_rasterio():
-    try:
-        import rasterio  # noqa: F401
-    except ImportError:
-        return " (compared as text, since Debian's python3-rasterio is missing; two spellings of one system are told apart only with it)"
-    return ""

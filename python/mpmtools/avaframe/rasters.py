@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmtools.avaframe.projection import check_metres
+from mpmtools.avaframe.projection import check_metres, rasterio
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.files import read_text
 
@@ -142,10 +142,8 @@ def read_ascii(path):
 
 
 def read_geotiff(path):
-    try:
-        import rasterio
-    except ImportError:
-        raise InputError(f"{path}: Debian's python3-rasterio is needed for GeoTIFF; install it, or export ESRI ASCII grids") from None
+    if rasterio is None:
+        raise InputError(f"{path}: Debian's python3-rasterio is needed for GeoTIFF; install it, or export ESRI ASCII grids")
     try:
         with rasterio.open(path) as file:
             data = file.read(1, masked=True).astype(float).filled(np.nan)
