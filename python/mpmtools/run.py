@@ -218,9 +218,3 @@ class Run:
         for column in table.columns[table.dtypes == object] if len(table) else ():  # a table without rows has no types
             raise InputError(f"{path}: column '{column}' holds what is no number; compute the run again")
         return table
-
-
-def finished_run(folder, case_hash, end=None):
-    """The Run in a folder, if it is finished and of this case (Run.is_finished); else None."""
-    run = Run(folder) if os.path.exists(os.path.join(folder, "results.json")) else None
-    return run if run and run.is_finished(case_hash, end) else None

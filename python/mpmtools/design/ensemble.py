@@ -5,7 +5,7 @@ import os
 
 from mpmtools.checksums import read_results
 from mpmtools.errors import InputError
-from mpmtools.run import finished_run
+from mpmtools.run import Run
 from mpmtools.wording import counted, verb
 
 FORMAT_VERSION = 1
@@ -45,8 +45,9 @@ class Ensemble:
         for entry in self.plan["runs"]:
             if "case_hash" not in entry:
                 raise InputError(f"{path}: it does not name the cases of its runs, as an older version wrote it; `mpm design SITE --page` writes it again")
-            run = finished_run(os.path.join(self.folder, "runs", entry["name"]), entry["case_hash"], entry["end_s"])
-            if run is None:
+            folder = os.path.join(self.folder, "runs", entry["name"])
+            run = Run(folder) if os.path.exists(os.path.join(folder, "results.json")) else None
+            if run is None or not run.is_finished(entry["case_hash"], entry["end_s"]):
                 unfinished.append(entry["name"])
             elif not self._has_site_of(run):
                 raise InputError(f"{os.path.join(run.folder, 'case.toml')}: it was altered: its flow or its mast is not that of the site; put back the case of the run")

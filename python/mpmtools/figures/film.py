@@ -67,15 +67,9 @@ class Studio:
         save_figure(figure, path, dpi=100)
 
 
-def find_ffmpeg():
-    if found := shutil.which("ffmpeg"):
-        return found
-    raise InputError("ffmpeg is missing; install Debian's ffmpeg, or take single pictures with --time")
-
-
-def encode(ffmpeg, folder, frames_per_second, path, kilobits):
+def encode(folder, frames_per_second, path, kilobits):
     """PNG files 00000.png ... of a folder into a film."""
-    done = subprocess.run([ffmpeg, "-y", "-loglevel", "error", "-framerate", f"{frames_per_second:g}", "-i", os.path.join(folder, "%05d.png"),
+    done = subprocess.run(["ffmpeg", "-y", "-loglevel", "error", "-framerate", f"{frames_per_second:g}", "-i", os.path.join(folder, "%05d.png"),
                            "-c:v", *CODECS[os.path.splitext(path)[1]], "-b:v", f"{kilobits:d}k", path], stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, check=False)
     if done.returncode != 0:
@@ -92,7 +86,8 @@ def run_command(options):
     single = options.time is not None
     path = options.out or os.path.join(options.directory, "post", "snow.png" if single else "film.mp4")
     require_ending(path, *([".png"] if single else CODECS))
-    ffmpeg = None if single else find_ffmpeg()
+    if not single and not shutil.which("ffmpeg"):
+        raise InputError("ffmpeg is missing; install Debian's ffmpeg, or take single pictures with --time")
     with whole_file(path) as temporary:  # first: that it cannot be written is found before the work
         studio = Studio(run, options.field, size)
         if single:
@@ -102,5 +97,5 @@ def run_command(options):
             with tempfile.TemporaryDirectory() as folder:
                 for number, frame in enumerate(run.frames):
                     studio.picture(frame, os.path.join(folder, f"{number:05d}.png"))
-                encode(ffmpeg, folder, rate, temporary, options.kilobits)
+                encode(folder, rate, temporary, options.kilobits)
     print(path)

@@ -162,9 +162,11 @@ def _runs_of(table):
         found = next((c for name in names if (c := find_column(table, name))), None)
         return numbers(table, found) if found else pd.Series(np.nan, index=table.index)
 
+    here = os.path.dirname(table.attrs["path"])
+    folders = [os.path.join(here, name) if name else "" for name in _text(table, "run", "name")]
     height, gravity = column("flow_height_m"), column("gravity_m_s2").fillna(equations.STANDARD_GRAVITY)
     runs = pd.DataFrame({
-        "folder": _folders(table), "hardening_xi": column("hardening_xi"), "flow_height_m": height, "gravity_m_s2": gravity,
+        "folder": folders, "hardening_xi": column("hardening_xi"), "flow_height_m": height, "gravity_m_s2": gravity,
         "obstacle_width_m": column("obstacle.width_m", "obstacle_width_m").fillna(height), "froude_number": column("froude_number"),
         "velocity_m_s": column("velocity_m_s"), "critical_state_slope": column("critical_state_slope"),
         "cohesion_beta": column("cohesion_beta"), "effective_friction": column("effective_friction"), "compaction": column("compaction_mean"),
@@ -191,11 +193,6 @@ def _text(table, *names):
     """Cells of the first of these columns that there is, else empty."""
     found = next((c for name in names if (c := find_column(table, name))), None)
     return table[found] if found else pd.Series("", index=table.index)
-
-
-def _folders(table):
-    here = os.path.dirname(table.attrs["path"])
-    return [os.path.join(here, name) if name else "" for name in _text(table, "run", "name")]
 
 
 def _why_left_out(table, runs):
