@@ -20,6 +20,26 @@ FINEST = 1024  # intervals of the ground along an axis
 SEEN = 6.0 * 1.3  # half boxes of the snow: farther away the ground has faded into the sky (draw)
 
 
+def march(probe, start, end, halvings):
+    """Way along many rays to where they come inside something; infinite where they do not.
+
+    @param probe  of numbers of rays and ways along them: (is each place inside, how far the ray may go on from there)
+    @param start, end  ways between which is looked. @param halvings  of the step that ends inside
+    """
+    way, last, found = start.copy(), start.copy(), np.full(len(start), np.inf)
+    open_rays = np.flatnonzero(start < end)
+    while open_rays.size:
+        inside, step = probe(open_rays, way[open_rays])
+        found[open_rays[inside]] = way[open_rays[inside]]
+        step, open_rays = step[~inside], open_rays[~inside]
+        last[open_rays] = way[open_rays]
+        way[open_rays] += step
+        open_rays = open_rays[last[open_rays] < end[open_rays]]
+    met = np.flatnonzero(np.isfinite(found))
+    found[met] = crossing(lambda ways: probe(met, ways)[0], last[met], found[met], halvings)
+    return found
+
+
 class LevelGround:
     """The ground z = 0."""
 
@@ -68,25 +88,13 @@ class UnevenGround:
         ends below the ground.
         """
         closing = self.steepest * np.hypot(rays[:, 0], rays[:, 1]) - rays[:, 2]
-        way, last, found = np.zeros(len(rays)), np.zeros(len(rays)), np.full(len(rays), np.inf)
 
-        def gap(which, ways):
+        def probe(which, ways):
             points = eye[which] + ways[:, None] * rays[which]
-            return points[:, 2] - self.height(points[:, :2])
+            above = points[:, 2] - self.height(points[:, :2])
+            return above <= 0.0, np.maximum(above / closing[which], np.maximum(0.25 * self.spacing, 0.002 * ways))
 
-        open_rays = np.flatnonzero(closing > 0.0)
-        while open_rays.size:
-            above = gap(open_rays, way[open_rays])
-            met = open_rays[above <= 0.0]
-            found[met] = way[met]
-            above, open_rays = above[above > 0.0], open_rays[above > 0.0]
-            last[open_rays] = way[open_rays]
-            least = np.maximum(0.25 * self.spacing, 0.002 * way[open_rays])
-            way[open_rays] += np.maximum(above / closing[open_rays], least)
-            open_rays = open_rays[last[open_rays] < most]
-        met = np.flatnonzero(np.isfinite(found))
-        found[met] = crossing(lambda ways: gap(met, ways) <= 0.0, last[met], found[met], 20)  # to a millionth of the last step
-        return found
+        return march(probe, np.zeros(len(rays)), np.where(closing > 0.0, most, 0.0), 20)  # to a millionth of the last step
 
     def normals(self, points):
         """Unit, upwards."""
@@ -146,24 +154,18 @@ class SnowDensity:
 
     def hits(self, eye, rays, least, most):
         """Way along each ray to the surface; infinite where it passes by. @param least, most  part of each ray that is looked at"""
-        found = np.full(len(rays), np.inf)
         low, high = self.low, self.low + self.cell * (np.array(self.shape) - 1)
         with np.errstate(divide="ignore", invalid="ignore"):
             a, b = (low - eye) / rays, (high - eye) / rays
         start = np.maximum(np.nanmax(np.minimum(a, b), axis=1), least)
         end = np.minimum(np.nanmin(np.maximum(a, b), axis=1), most)
-        way, last, open_rays = start.copy(), start.copy(), np.flatnonzero(start < end)
-        while open_rays.size:
-            last[open_rays] = way[open_rays]
-            points = eye[open_rays] + way[open_rays, None] * rays[open_rays]
+
+        def probe(which, ways):
+            points = eye[which] + ways[:, None] * rays[which]
             cells = np.clip(np.rint((points - self.low) / self.cell).astype(int), 0, np.array(self.shape) - 1)
-            way[open_rays] += self.cell * np.where(self.near[tuple(cells.T)], 0.8, FAR - 1.0)  # minus the rounding to a cell
-            inside = self.at(eye[open_rays] + way[open_rays, None] * rays[open_rays]) > LEVEL
-            found[open_rays[inside]] = way[open_rays[inside]]
-            open_rays = open_rays[~inside & (way[open_rays] < end[open_rays])]
-        met = np.flatnonzero(np.isfinite(found))
-        found[met] = crossing(lambda ways: self.at(eye[met] + ways[:, None] * rays[met]) > LEVEL, last[met], found[met], 6)  # to a hundredth of a cell
-        return found
+            return self.at(points) > LEVEL, self.cell * np.where(self.near[tuple(cells.T)], 0.8, FAR - 1.0)  # minus the rounding to a cell
+
+        return march(probe, start, end, 6)  # to a hundredth of a cell
 
 
 def prism_hits(corners, base, top, eye, rays):
