@@ -128,16 +128,9 @@ def read_tables_once(files):
     for i, path in enumerate(files):
         if os.path.realpath(path) in (os.path.realpath(other) for other in files[:i]):
             raise ConfigError(f"'{path}' is given twice, and its runs would count twice; name each table once")
-    tables, seen = [], set()
-    for path in files:
-        table = read_table(path)
-        given_before = []
-        for row in table.to_dict("records"):
-            row = tuple(sorted(row.items()))
-            given_before.append(row in seen)
-            seen.add(row)
-        tables.append((table, pd.Series(given_before, index=table.index, dtype=bool)))
-    return tables
+    tables = [read_table(path) for path in files]
+    given_before = np.split(pd.concat(tables).duplicated().to_numpy(), np.cumsum([len(table) for table in tables])[:-1])
+    return [(table, pd.Series(before, index=table.index)) for table, before in zip(tables, given_before)]
 
 
 def _require_columns(table):
