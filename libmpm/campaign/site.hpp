@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "libmpm/base/types.hpp"
-#include "libmpm/boundary/arm_spec.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/config/reference.hpp"
 #include "libmpm/config/schema.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/any_boundary.hpp"
-#include "libmpm/boundary/arm_spec.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/core/numerics.hpp"
 #include "libmpm/impact/conveyor_spec.hpp"
 #include "libmpm/impact/measurement_spec.hpp"

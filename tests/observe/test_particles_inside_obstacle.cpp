@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "libmpm/boundary/arm_spec.hpp"
+#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/run.hpp"
 #include "libmpm/io/snapshot.hpp"
