@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "libmpm/boundary/outline.hpp"
 #include "libmpm/boundary/shapes/any_shape.hpp"
-#include "libmpm/boundary/upright_solid.hpp"
 
 namespace mpm {
 

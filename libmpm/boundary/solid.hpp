@@ -2,7 +2,7 @@
 /// Rigid solids at rest: what an obstacle is under the two rules of contact.
 
 #include "libmpm/boundary/contact_stencil.hpp"
-#include "libmpm/boundary/upright_solid.hpp"
+#include "libmpm/boundary/outline.hpp"
 
 namespace mpm {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "libmpm/boundary/upright_solid.hpp"
+#include "libmpm/boundary/outline.hpp"
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "libmpm/base/types.hpp"
-#include "libmpm/boundary/upright_solid.hpp"
+#include "libmpm/boundary/outline.hpp"
 #include "libmpm/source/lattice.hpp"
 
 namespace mpm {
