@@ -11,7 +11,7 @@
 
 #include "libmpm/core/state.hpp"
 #include "libmpm/io/hdf5.hpp"
-#include "libmpm/parallel/partition.hpp"
+#include "libmpm/parallel/ownership.hpp"
 
 namespace mpm {
 

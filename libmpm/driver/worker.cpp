@@ -11,7 +11,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/observe/observer_list.hpp"
 #include "libmpm/parallel/block_exchange.hpp"
-#include "libmpm/parallel/block_message.hpp"
+#include "libmpm/parallel/ownership.hpp"
 
 namespace mpm {
 

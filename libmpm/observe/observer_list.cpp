@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "libmpm/io/csv.hpp"
-#include "libmpm/parallel/block_message.hpp"
+#include "libmpm/parallel/ownership.hpp"
 #include "libmpm/parallel/tasks.hpp"
 
 namespace mpm {

@@ -1,4 +1,4 @@
-#include "libmpm/parallel/partition.hpp"
+#include "libmpm/parallel/ownership.hpp"
 
 #include <gtest/gtest.h>
 
