@@ -14,7 +14,7 @@
 /// All small reductions over all ranks come when the particles have moved, so that a rank waits for the others only once in a step: the
 /// largest speed (and whether a step failed), the sums over blocks (of impulses, for example), whether the set of border blocks changed,
 /// and the largest load. If the set changed, neighbours exchange the lists of their blocks with particles at the common border. Both sides
-/// derive the layouts of all messages (halo_plan.hpp) from these lists.
+/// derive the layouts of all messages (HaloPlan) from these lists.
 
 #include <map>
 #include <vector>
