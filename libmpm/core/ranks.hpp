@@ -57,7 +57,7 @@ class RankGroup {
   virtual std::map<int, Message> exchange(std::map<int, Message> to) = 0;
 };
 
-/// Number of a function that all ranks execute together. A program has functions besides those of the core (parallel/tasks.hpp).
+/// Number of a function that all ranks execute together. A program has functions besides those of the core (parallel/block_exchange.hpp).
 using TaskNumber = std::uint32_t;
 /// Those of the core.
 struct CoreTask {

@@ -11,7 +11,7 @@
 
 #include "libmpm/driver/pieces.hpp"
 #include "libmpm/io/joint_file.hpp"
-#include "libmpm/parallel/tasks.hpp"
+#include "libmpm/parallel/block_exchange.hpp"
 
 namespace mpm {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "libmpm/parallel/tasks.hpp"
+#include "libmpm/parallel/block_exchange.hpp"
 
 namespace mpm {
 

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "libmpm/io/csv.hpp"
+#include "libmpm/parallel/block_exchange.hpp"
 #include "libmpm/parallel/ownership.hpp"
-#include "libmpm/parallel/tasks.hpp"
 
 namespace mpm {
 

@@ -19,11 +19,32 @@
 #include <map>
 #include <vector>
 
+#include "libmpm/core/ranks.hpp"
 #include "libmpm/parallel/halo_exchange.hpp"
 #include "libmpm/parallel/ownership.hpp"
-#include "libmpm/parallel/tasks.hpp"
 
 namespace mpm {
+
+/// What the ranks of a program do together: the first rank decides (driver/worker.hpp).
+struct Task : CoreTask {
+  /// Besides those of the core.
+  enum Number : TaskNumber {
+    inside = CoreTask::count,  ///< particles that start inside a boundary
+    observe,                   ///< particles that an observer wants to see
+    particles,                 ///< all particles by their numbers, for a file
+    blocks,                    ///< all blocks in their order, for a file
+    report,                    ///< what was exchanged
+    start,                     ///< the particles of t = 0
+    restore,                   ///< the particles of a checkpoint
+    end,                       ///< nothing follows
+  };
+};
+
+/// What the first rank sends to start a task.
+struct Instruction {
+  TaskNumber task = Task::end;  ///< what to do
+  double dt = 0.0;              ///< time step, s; CoreTask::step only
+};
 
 /// Implements Ranks with messages. Every rank creates one and passes it to Grid::divide.
 class BlockExchange : public Ranks {
