@@ -21,7 +21,7 @@
 /// 2. ParticleBin (core/particle_bin.hpp) holds n - 1 further numbers a slot in pages of their own, moved by append, remove and restore.
 ///    Migrant and StoredBlock carry them from block to block. They are empty for laws with one variable.
 /// 3. What copies records or particles copies them, too: parallel/ownership.cpp and driver/pieces.cpp (messages),
-///    driver/checkpoint_blocks.cpp (a further dataset), io/snapshot.cpp (a dataset a variable; frames and final.h5).
+///    driver/checkpoint.cpp (a further dataset), io/snapshot.cpp (a dataset a variable; frames and final.h5).
 /// 4. initial_internal becomes an array; volume_ratio and stored_energy take the whole state already.
 
 #include <concepts>
