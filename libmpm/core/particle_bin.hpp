@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "libmpm/core/single_record.hpp"
+#include "libmpm/core/particle.hpp"
 
 namespace mpm {
 

@@ -1,4 +1,4 @@
-#include "libmpm/core/single_record.hpp"
+#include "libmpm/core/particle.hpp"
 
 #include <algorithm>
 #include <cmath>
