@@ -11,7 +11,6 @@
 #include "libmpm/base/text.hpp"
 #include "libmpm/campaign/campaign.hpp"
 #include "libmpm/campaign/plan.hpp"
-#include "libmpm/campaign/plan_blocks.hpp"
 #include "libmpm/campaign/plan_input.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/toml_text.hpp"
