@@ -24,7 +24,6 @@
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/plan.hpp"
 #include "libmpm/campaign/slurm.hpp"
-#include "libmpm/campaign/status.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "ranks.hpp"

@@ -27,7 +27,6 @@
 #include "libmpm/base/process.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/campaign/folder.hpp"
-#include "libmpm/campaign/status.hpp"
 #include "libmpm/driver/run_folder.hpp"
 
 namespace mpm {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libmpm/campaign/campaign.hpp"
-#include "libmpm/campaign/status.hpp"
+#include "libmpm/campaign/folder.hpp"
 #include "libmpm/driver/metric_convergence.hpp"
 
 namespace mpm {

@@ -6,7 +6,7 @@
 #include <map>
 #include <string_view>
 
-#include "libmpm/campaign/status.hpp"
+#include "libmpm/campaign/folder.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/impact/steady.hpp"

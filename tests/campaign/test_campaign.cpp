@@ -13,7 +13,6 @@
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/plan.hpp"
 #include "libmpm/campaign/slurm.hpp"
-#include "libmpm/campaign/status.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/run.hpp"

@@ -6,7 +6,6 @@
 
 #include "libmpm/campaign/campaign.hpp"
 #include "libmpm/campaign/folder.hpp"
-#include "libmpm/campaign/status.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/run.hpp"
 #include "libmpm/driver/run_folder.hpp"
