@@ -1,20 +1,162 @@
 #include "libmpm/config/reader.hpp"
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 #include <utility>
 
+#include "libmpm/base/error.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/config/file_problems.hpp"
-#include "libmpm/config/toml_input.hpp"
+#include "libmpm/config/guard.hpp"
 #include "libmpm/config/toml_text.hpp"
 
 namespace mpm::config {
 
 namespace {
+
+// ---- The text, with overrides ----------------------------------------------------------------------------------------------------------
+
+constexpr std::string_view blanks = " \t\r\n\f\v";
+
+/// One to three bare keys with dots between them, each with an index of at most six digits or without: body[0].min_m
+bool is_override_path(std::string_view path) {
+  constexpr std::size_t most_parts = 3, most_digits = 6;
+  constexpr std::string_view digits = "0123456789", bare = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
+  for (std::size_t part = 0; part < most_parts; ++part) {
+    const std::size_t dot = path.find('.');
+    std::string_view name = path.substr(0, dot);
+    if (const std::size_t bracket = name.find('['); bracket != std::string_view::npos) {
+      const std::string_view index = name.substr(bracket + 1);
+      if (index.size() < 2 || index.size() > most_digits + 1 || index.find_first_not_of(digits) != index.size() - 1 || index.back() != ']')
+        return false;
+      name = name.substr(0, bracket);
+    }
+    if (name.empty() || name.find_first_not_of(bare) != std::string_view::npos) return false;
+    if (dot == std::string_view::npos) return true;
+    path.remove_prefix(dot + 1);
+  }
+  return false;
+}
+
+/// The TOML text of a file after the overrides of --set, with the origin of each entry.
+class TomlInput {
+ public:
+  /// @param overrides  "table.key=value"; invalid ones are reported to the problems
+  /// @param prefix     of an override in messages
+  /// @throws ConfigError if the text is not TOML
+  TomlInput(const Schema& schema, std::string_view text, std::string_view file, const std::vector<std::string>& overrides,
+            std::string_view prefix, FileProblems& problems)
+      : schema_(schema), problems_(problems), prefix_(prefix), root_(parsed(text, file)) {
+    for (const std::string& override_text : overrides) {
+      Override change{"", override_text};
+      const std::string problem = apply(change);
+      overrides_.push_back(change);
+      if (!problem.empty()) problems.add(position_of(change, overrides_.size()), problem);
+    }
+  }
+
+  [[nodiscard]] const toml::table& root() const { return root_; }  ///< with the overrides
+  /// Position of a key or table: at `source` in the file, or in an override.
+  [[nodiscard]] FilePosition position_of(const std::string& path, const toml::source_region& source) const {
+    for (std::size_t i = overrides_.size(); i-- > 0;) {
+      const Override& o = overrides_[i];
+      const bool inside = path == o.path || path.starts_with(o.path + ".") || path.starts_with(o.path + "[");
+      if (inside || (source.begin.line == 0 && o.path.starts_with(path + "."))) return position_of(o, i + 1);
+    }
+    return problems_.in_file(source.begin.line, source.begin.column);
+  }
+
+ private:
+  struct Override {
+    std::string path;  ///< "body[0].velocity_m_s"; empty if invalid
+    std::string text;  ///< as given
+  };
+  /// @param number  from 1
+  [[nodiscard]] FilePosition position_of(const Override& change, std::size_t number) const {
+    return {number, 1, 1, prefix_ + one_line(change.text)};
+  }
+
+  /// @returns the error; empty if there is none
+  std::string apply(Override& change) {
+    const std::size_t equals = change.text.find('=');
+    const std::string path(equals == std::string::npos ? "" : trimmed(std::string_view(change.text).substr(0, equals), blanks));
+    if (!is_override_path(path)) return "not understood; write table.key=value, or body[0].key=value";
+    change.path = path;
+    std::string problem;
+    toml::table* table = table_for(path, problem);
+    if (table == nullptr) return problem;
+    const std::string name = path.substr(path.rfind('.') == std::string::npos ? 0 : path.rfind('.') + 1);
+    if (name.ends_with(']')) return "only a whole key can be replaced; write table.key=value";
+
+    const std::string value(trimmed(std::string_view(change.text).substr(equals + 1), blanks));
+    try {
+      const std::string line = "value = " + value;
+      check_text(line, change.text);
+      const toml::table parsed = toml::parse(line);
+      if (parsed.size() != 1) return "more than one value; write table.key=value";
+      parsed.get("value")->visit([&](const auto& v) { table->insert_or_assign(name, v); });
+    } catch (const toml::parse_error&) {
+      table->insert_or_assign(name, value);  // a bare word
+    } catch (const ConfigError&) {
+      table->insert_or_assign(name, value);
+    }
+    remove_rivals(path, *table);
+    return {};
+  }
+
+  /// The table that holds the key of a path; created if missing. @param problem  the reason if that fails
+  toml::table* table_for(const std::string& path, std::string& problem) {
+    const auto refuse = [&](std::string why) -> toml::table* {
+      problem = std::move(why);
+      return nullptr;
+    };
+    toml::table* table = &root_;
+    std::size_t start = 0;
+    for (std::size_t dot = path.find('.'); dot != std::string::npos; start = dot + 1, dot = path.find('.', start)) {
+      std::string part = path.substr(start, dot - start);
+      std::optional<std::size_t> index;
+      if (const std::size_t bracket = part.find('['); bracket != std::string::npos) {
+        index = std::stoul(part.substr(bracket + 1));
+        part.resize(bracket);
+      }
+      toml::node* node = table->get(part);
+      if (index) {
+        toml::array* list = node != nullptr ? node->as_array() : nullptr;
+        const std::size_t size = list != nullptr ? list->size() : 0;
+        if (*index >= size) return refuse(fmt::format("there is no {}[{}]; the file has {} (counted from 0)", part, *index, size));
+        node = list->get(*index);
+      } else if (node == nullptr) {
+        table->insert(part, toml::table{});
+        node = table->get(part);
+      }
+      if (node->is_array()) return refuse(fmt::format("{} is repeated; give its number, e.g. {}[0]", part, part));
+      table = node->as_table();
+      if (table == nullptr) return refuse(fmt::format("{} is no table; write table.key=value", part));
+    }
+    return table;
+  }
+
+  /// Removes the file's value of the same quantity. A value from another override stays, so that the conflict of the two is reported.
+  void remove_rivals(const std::string& path, toml::table& table) {
+    for (const std::string& rival : schema_.rivals(path)) {
+      const bool overridden = std::ranges::any_of(overrides_, [&](const Override& o) { return o.path == rival; });
+      if (!overridden) table.erase(rival.substr(rival.rfind('.') + 1));
+    }
+  }
+
+  const Schema& schema_;
+  const FileProblems& problems_;
+  std::string prefix_;
+  toml::table root_;
+  std::vector<Override> overrides_;
+};
+
+// ---- Values ----------------------------------------------------------------------------------------------------------------------------
 
 /// Whether a word is a number that no key can hold: --set takes text that is not TOML, such as NaN and 1e400, as a word.
 std::string number_word_problem(const std::string& word) {
@@ -118,6 +260,8 @@ std::optional<Value> to_value(const KeyInfo& key, const toml::node& node, std::s
   }
   return std::nullopt;
 }
+
+// ---- Tables ----------------------------------------------------------------------------------------------------------------------------
 
 /// Walks the tables of a file.
 class Reader {
