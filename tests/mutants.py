@@ -42,7 +42,7 @@ MUTATIONS = [
              "m2_ = slope_ * slope_ / (1.0 + 2.0 * beta_);", "m2_ = slope_ * slope_ / (1.0 + 3.0 * beta_);", ("isotropic_compression",)),
     Mutation("volume_ratio", "J takes the plastic volume change with the wrong sign", LAWS + "cam_clay.hpp",
              "+ (initial_internal_ - state.internal));", "- (initial_internal_ - state.internal));", ("isotropic_compression", "stress_paths")),
-    Mutation("bulk_modulus", "K 1 % too large", "libmpm/material/hencky_elastic.cpp",
+    Mutation("bulk_modulus", "K 1 % too large", LAWS + "hencky_elastic.hpp",
              "bulk_(p.young_modulus / (3.0 *", "bulk_(1.01 * p.young_modulus / (3.0 *", ("hydrostatic_column", "elastic_wave")),
     Mutation("bspline_weight", "the middle weight of the B-spline is 0.75 - 2^-13 - b^2", "libmpm/base/bspline.hpp",
              "0.75 - b * b", "0.7498779296875 - b * b", ("free_flight",)),

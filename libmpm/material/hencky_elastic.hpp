@@ -1,8 +1,10 @@
 #pragma once
 /// Hencky elasticity: Saint-Venant-Kirchhoff in logarithmic strain, the elastic part of every law here.
 
+#include <cmath>
 #include <string_view>
 
+#include "libmpm/base/parameter.hpp"
 #include "libmpm/material/concept.hpp"
 
 namespace mpm {
@@ -28,12 +30,16 @@ class HenckyModuli {
   };
 
   /// The parameters are not checked; the law that contains them does that.
-  explicit HenckyModuli(const Parameters& parameters);
+  explicit HenckyModuli(const Parameters& p)
+      : bulk_(p.young_modulus / (3.0 * (1.0 - 2.0 * p.poisson_ratio))),
+        shear_(p.young_modulus / (2.0 * (1.0 + p.poisson_ratio))),
+        density_(p.density) {}
 
   [[nodiscard]] double bulk() const { return bulk_; }        ///< K = E / (3 (1 - 2 nu)), Pa
   [[nodiscard]] double shear() const { return shear_; }      ///< G = E / (2 (1 + nu)), Pa
   [[nodiscard]] double density() const { return density_; }  ///< rho_0, kg/m^3
-  [[nodiscard]] double wave_speed() const;                   ///< c_P = sqrt((K + 4G/3) / rho_0), m/s
+  /// c_P = sqrt((K + 4G/3) / rho_0), m/s
+  [[nodiscard]] double wave_speed() const { return std::sqrt((bulk_ + 4.0 / 3.0 * shear_) / density_); }
 
   /// eps of a Kirchhoff stress in Pa.
   template <LaneNumber T>
@@ -51,7 +57,10 @@ class HenckyModuli {
     return tau;
   }
   /// psi, J/m^3 of reference volume.
-  [[nodiscard]] double stored_energy(const Sym3<double>& stress) const;
+  [[nodiscard]] double stored_energy(const Sym3<double>& stress) const {
+    const HenckyStrain<double> eps = strain(stress);
+    return 0.5 * bulk_ * eps.volumetric * eps.volumetric + shear_ * norm2(eps.deviator);
+  }
 
  private:
   double bulk_, shear_, density_;
@@ -76,7 +85,7 @@ class HenckyElastic {
   static constexpr OptionalMembers has{.try_update_stress = true};
 
   /// @throws ConfigError if a parameter is out of range
-  explicit HenckyElastic(const Parameters& parameters);
+  explicit HenckyElastic(const Parameters& parameters) : moduli_(checked(parameters)) {}
 
   /// Exact for any increment. The result is NaN in a lane whose deformation is inverted or not finite.
   template <LaneNumber T>
@@ -96,9 +105,8 @@ class HenckyElastic {
   [[nodiscard]] double density() const { return moduli_.density(); }        ///< rho_0, kg/m^3
   [[nodiscard]] double initial_internal() const { return 0.0; }             ///< unused
   [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }  ///< c_P, m/s
-  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const {
-    return moduli_.stored_energy(state.stress);
-  }                                                                     ///< psi, J/m^3 of reference volume
+  /// psi, J/m^3 of reference volume.
+  [[nodiscard]] double stored_energy(const MaterialState<double>& state) const { return moduli_.stored_energy(state.stress); }
   [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }  ///< the elastic part
 
  private:
