@@ -20,7 +20,7 @@
 #include "libmpm/base/process.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/driver/build_info.hpp"
-#include "libmpm/driver/case_schema.hpp"
+#include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "ranks.hpp"
 #include "run_control.hpp"

@@ -6,7 +6,7 @@
 
 #include "commands.hpp"
 #include "libmpm/campaign/site.hpp"
-#include "libmpm/driver/case_schema.hpp"
+#include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/observers.hpp"
 
 namespace mpm::app {

@@ -19,7 +19,6 @@
 #include "libmpm/base/text.hpp"
 #include "libmpm/config/file_problems.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/case_schema.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/impact/semi_empirical.hpp"

@@ -13,7 +13,7 @@
 #include "libmpm/base/text.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/toml_text.hpp"
-#include "libmpm/driver/case_schema.hpp"
+#include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/csv.hpp"
 
 namespace mpm {

@@ -1,5 +1,7 @@
 #pragma once
-/// Case files: TOML in, a resolved Case out, and back.
+/// Case files: TOML in, a resolved Case out, and back; and the keys of case files and of point paths, assembled from the components that
+/// declare them (base/parameter.hpp), and their reference. Reading, range checks, suggestions and writing follow from the same
+/// declarations.
 
 #include <cstdint>
 #include <filesystem>
@@ -8,12 +10,14 @@
 #include <string_view>
 #include <vector>
 
+#include "libmpm/config/reference.hpp"
+#include "libmpm/config/schema.hpp"
 #include "libmpm/driver/case.hpp"
 #include "libmpm/driver/point_path.hpp"
 
 namespace mpm {
 
-/// Reads a case file (keys: case_schema.hpp, `mpm schema`) and fills in every default.
+/// Reads a case file (keys: case_schema(), `mpm schema`) and fills in every default.
 /// @param overrides  "table.key=value" as given by --set, "body[0].velocity_m_s=[1,0,0]" in a repeated table; the value is TOML, a bare
 ///                   word is taken as a string. An override replaces the file's value, and the file's value of a key that sets the same
 ///                   quantity (froude_number and velocity_m_s, friction and friction_ratio). Two overrides that do so exclude each other.
@@ -53,5 +57,25 @@ void resolve_case(Case& c, ParameterReport& report);
 [[nodiscard]] PathSpec read_path(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 /// The same from a text. @param file_name  for messages
 [[nodiscard]] PathSpec parse_path(std::string_view text, std::string_view file_name, const std::vector<std::string>& overrides = {});
+
+/// The content of a file with a point path.
+struct PathFile {
+  std::string title;                        ///< heading of pictures
+  MaterialParameters material;              ///< [material]
+  PathSteps steps;                          ///< [path]
+  std::vector<SegmentParameters> segments;  ///< [[path.segments]]
+
+  /// The keys above the first table.
+  template <class Table>
+  static void declare(Table& table) {
+    declare_heading(table, &PathFile::title);
+  }
+};
+
+[[nodiscard]] const config::SchemaOf<Case>& case_schema();      ///< of case files
+[[nodiscard]] const config::SchemaOf<PathFile>& path_schema();  ///< of point paths
+
+/// What `mpm schema` prints: tables and keys of both kinds of files, and the laws.
+[[nodiscard]] const config::Reference& case_reference();
 
 }  // namespace mpm

@@ -8,7 +8,6 @@
 #include <filesystem>
 
 #include "libmpm/base/error.hpp"
-#include "libmpm/driver/case_schema.hpp"
 #include "libmpm/driver/estimate.hpp"
 #include "support/case_texts.hpp"
 

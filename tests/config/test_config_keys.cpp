@@ -11,7 +11,6 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/case_schema.hpp"
 #include "libmpm/driver/estimate.hpp"
 #include "support/text.hpp"
 

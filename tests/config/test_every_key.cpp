@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/case_schema.hpp"
 #include "support/case_texts.hpp"
 
 namespace mpm {

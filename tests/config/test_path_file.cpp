@@ -5,7 +5,6 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
-#include "libmpm/driver/case_schema.hpp"
 #include "support/case_texts.hpp"
 
 namespace mpm {

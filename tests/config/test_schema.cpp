@@ -1,4 +1,4 @@
-#include "libmpm/driver/case_schema.hpp"
+#include "libmpm/driver/case_file.hpp"
 
 #include <gtest/gtest.h>
 
