@@ -13,8 +13,8 @@
 
 #include "libmpm/base/bspline.hpp"
 #include "libmpm/base/lanes.hpp"
+#include "libmpm/base/registers.hpp"
 #include "libmpm/core/grid.hpp"
-#include "libmpm/core/quads.hpp"
 
 namespace mpm {
 

@@ -1,7 +1,7 @@
 #include "libmpm/core/stress_update.hpp"
 
 #include "libmpm/base/lane_pair.hpp"
-#include "libmpm/core/quads.hpp"
+#include "libmpm/base/registers.hpp"
 
 namespace mpm {
 
