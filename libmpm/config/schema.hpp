@@ -1,7 +1,9 @@
 #pragma once
 /// The tables and keys of a kind of file; components declare the keys (base/parameter.hpp). Schema is independent of the components: it
-/// accesses the object that a file fills through a `void*`, and SchemaOf<Root> adds its type.
+/// accesses the object that a file fills through a `void*`, and SchemaOf<Root> adds its type. By it objects are written as TOML, compared
+/// and hashed; reader.hpp reads them.
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -150,5 +152,18 @@ class SchemaOf : public Schema {
     return made;
   }
 };
+
+/// Every key that applies, as a file that reads back to the same object. @param skip  keys that are left out ("table.name")
+[[nodiscard]] std::string write(const Schema& schema, const void* root, const std::vector<std::string>& skip = {});
+
+/// One key, "table.key" or "body[0].key", as text: a number as in `write`, a string without its quotes. Empty if it is not written.
+[[nodiscard]] std::optional<std::string> value_of(const Schema& schema, const void* root, const std::string& path);
+
+/// The keys in which two objects differ: "numerics.cfl was 0.4, is 0.3", "body[1].shape was "box", is (none)".
+[[nodiscard]] std::vector<std::string> differences(const Schema& schema, const void* before, const void* now,
+                                                   const std::vector<std::string>& skip);
+
+/// FNV-1a, 64 bit.
+[[nodiscard]] std::uint64_t hash(std::string_view text);
 
 }  // namespace mpm::config
