@@ -23,7 +23,6 @@
 #include "libmpm/campaign/execution.hpp"
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/plan.hpp"
-#include "libmpm/campaign/slurm.hpp"
 #include "libmpm/driver/run_folder.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "ranks.hpp"

@@ -12,7 +12,6 @@
 #include "libmpm/campaign/execution.hpp"
 #include "libmpm/campaign/folder.hpp"
 #include "libmpm/campaign/plan.hpp"
-#include "libmpm/campaign/slurm.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/run.hpp"
