@@ -328,9 +328,9 @@ Finding short_waves_of_the_ground(const Case& c) {
   constexpr double most = 0.06;
   if (!c.terrain) return {};
   const auto ground = height_field(*c.terrain);
-  const CaseDomain domain = case_domain(c, ground);
+  const Eigen::AlignedBox3d domain = case_domain(c, ground);
   const double dx = c.numerics.cell_size, spacing = ground->points().spacing;
-  const ShortSlope found = shortest_slope(*ground, dx, domain.min.head<2>(), domain.max.head<2>());
+  const ShortSlope found = shortest_slope(*ground, dx, domain.min().head<2>(), domain.max().head<2>());
   if (found.difference <= most) return {};
   return Advice{"short_waves_of_the_ground",
                 fmt::format("the slope of [terrain] differs by up to {} from its mean over two cells, most at x = {}, y = {}",

@@ -174,8 +174,8 @@ void check_terrain(const Case& c, ParameterReport& report) {
   const std::string key = report.given("terrain.file") ? "terrain.file" : "terrain.raster";
   const std::shared_ptr<const HeightField> ground = height_field(*c.terrain);
   const MirrorPlanes mirror = mirror_planes(c);
-  const CaseDomain domain = case_domain(c, ground);
-  Vec2 low = domain.min.head<2>(), high = domain.max.head<2>();
+  const Eigen::AlignedBox3d domain = case_domain(c, ground);
+  Vec2 low = domain.min().head<2>(), high = domain.max().head<2>();
   for (const auto& [axis, mirrored] : {std::pair{0, mirror.x}, {1, mirror.y}}) {
     if (mirrored) low[axis] = std::min(low[axis], -high[axis]);
   }

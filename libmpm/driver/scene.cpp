@@ -56,19 +56,17 @@ void check_grid_offset(const Case& c, ParameterReport& report) {
   }
 }
 
-CaseDomain case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground) {
-  CaseDomain domain{c.domain.min, c.domain.max};
-  if (!c.conveyor) return domain;
-  const Eigen::AlignedBox3d belt = conveyor_domain(*c.conveyor, conveyor_setting(c, ground));
-  return {domain.min.cwiseMax(belt.min()), domain.max.cwiseMin(belt.max())};
+Eigen::AlignedBox3d case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground) {
+  const Eigen::AlignedBox3d domain(c.domain.min, c.domain.max);
+  return c.conveyor ? domain.intersection(conveyor_domain(*c.conveyor, conveyor_setting(c, ground))) : domain;
 }
 
 CaseScene make_scene(const Case& c) {
   CaseScene scene{{.material = make_material(c.material, c.numerics.precision)}, {}};
   const std::shared_ptr<const HeightField> ground = c.terrain ? height_field(*c.terrain) : nullptr;
-  const CaseDomain domain = case_domain(c, ground);
-  scene.domain_min = domain.min;
-  scene.domain_max = domain.max;
+  const Eigen::AlignedBox3d domain = case_domain(c, ground);
+  scene.domain_min = domain.min();
+  scene.domain_max = domain.max();
   scene.mirror = mirror_planes(c);
   scene.numerics = static_cast<const StepNumerics&>(c.numerics);
   scene.gravity = c.numerics.gravity_vector();

@@ -21,12 +21,8 @@ void check_grid_offset(const Case& c, ParameterReport& report);
 /// The rigid solids of a case: its obstacle, then the obstacle's arm; empty without an obstacle.
 [[nodiscard]] std::vector<UprightSolid> solids_of(const Case& c);
 
-/// Where particles may be in a case, m: its domain, cut by that of a conveyor.
-struct CaseDomain {
-  Vec3 min, max;  ///< corners
-};
-/// @param ground  of the case; empty: none
-[[nodiscard]] CaseDomain case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground);
+/// Where particles may be in a case, m: its domain, cut by that of a conveyor. @param ground  of the case; empty: none
+[[nodiscard]] Eigen::AlignedBox3d case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground);
 
 /// The scene of a case, and which of its boundaries are those whose forces are reported.
 struct CaseScene : Scene {
