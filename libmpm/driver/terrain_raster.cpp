@@ -9,6 +9,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/parameter.hpp"
@@ -26,6 +27,11 @@ constexpr std::size_t most_raster_points = 250'000;      // with ten digits each
 constexpr std::uintmax_t most_raster_bytes = 8U << 20U;  // as of a case file
 constexpr double finest_raster = 0.01;                   // m: a smaller distance of points is one in degrees or kilometres
 constexpr double same_place = 1e-3;                      // spacings: rounding of the coordinates in a table
+
+/// Why a text is no raster that a case can have, and the remedy, as the end of a sentence.
+struct Unfit : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// Words of a text, one after another.
 class Words {
@@ -51,7 +57,7 @@ struct Header {
   std::map<std::string, double, std::less<>> numbers;
   std::string_view word;
 
-  Header(Words& words, std::string& problem) {
+  explicit Header(Words& words) {
     static constexpr const char* known[] = {"ncols",     "nrows",    "xllcenter", "xllcorner", "yllcenter",
                                             "yllcorner", "cellsize", "dx",        "dy",        "nodata_value"};
     for (word = words.next(); !word.empty(); word = words.next()) {
@@ -59,21 +65,18 @@ struct Header {
       if (std::ranges::find(known, name) == std::end(known)) return;
       const std::string_view value = words.next();
       const auto number = parse_number(value);
-      if (!number) {
-        problem =
-            fmt::format("'{} {}' is no entry of the header of an ESRI ASCII grid; export the raster again", name, value.substr(0, 40));
-        return;
-      }
+      if (!number)
+        throw Unfit(
+            fmt::format("'{} {}' is no entry of the header of an ESRI ASCII grid; export the raster again", name, value.substr(0, 40)));
       numbers[name] = *number;
     }
   }
-  /// Takes dx and dy, which GIS programs write in place of cellsize. @return what is wrong with them; empty: nothing
-  std::string take_dx_and_dy() {
-    if (has("cellsize") || !has("dx") || !has("dy")) return {};
+  /// Takes dx and dy, which GIS programs write in place of cellsize.
+  void take_dx_and_dy() {
+    if (has("cellsize") || !has("dx") || !has("dy")) return;
     if (std::abs(get("dx") - get("dy")) > 1e-6 * get("dx"))
-      return fmt::format("has cells of {:g} x {:g}; resample it to square ones", get("dx"), get("dy"));
+      throw Unfit(fmt::format("has cells of {:g} x {:g}; resample it to square ones", get("dx"), get("dy")));
     numbers["cellsize"] = get("dx");
-    return {};
   }
   [[nodiscard]] bool has(std::string_view name) const { return numbers.contains(name); }
   [[nodiscard]] double get(std::string_view name) const { return numbers.find(name)->second; }
@@ -92,56 +95,47 @@ std::string place_text(const HeightField::Points& p, std::size_t column, std::si
                      p.first.y() + static_cast<double>(row) * p.spacing);
 }
 
-/// What is wrong with the numbers of a grid; empty: nothing.
-std::string grid_problem(const HeightField::Points& p) {
+/// @throws Unfit for numbers that are not those of a grid in metres
+void check_grid(const HeightField::Points& p) {
   if (!(p.spacing >= finest_raster && p.spacing <= longest_length))
-    return fmt::format("has points {:.4g} apart, which are degrees or kilometres, no metres; reproject it to a system in metres",
-                       p.spacing);
+    throw Unfit(
+        fmt::format("has points {:.4g} apart, which are degrees or kilometres, no metres; reproject it to a system in metres", p.spacing));
   const double farthest = std::max(p.first.cwiseAbs().maxCoeff(), p.spacing * static_cast<double>(std::max(p.columns, p.rows)));
   if (!(farthest <= 1e3 * longest_length))
-    return fmt::format("has coordinates of {:.4g}; give metres, in the coordinates of the case", farthest);
+    throw Unfit(fmt::format("has coordinates of {:.4g}; give metres, in the coordinates of the case", farthest));
   for (std::size_t j = 0; j < p.rows; ++j) {
     for (std::size_t i = 0; i < p.columns; ++i) {
       const double h = p.height[j * p.columns + i];
       if (std::isnan(h))
-        return fmt::format("has no height at {}; fill the hole (gdal_fillnodata.py), or cut the raster to the part without holes",
-                           place_text(p, i, j));
+        throw Unfit(fmt::format("has no height at {}; fill the hole (gdal_fillnodata.py), or cut the raster to the part without holes",
+                                place_text(p, i, j)));
       if (!(std::abs(h) <= longest_length))
-        return fmt::format("has a height of {:.4g} at {}; give metres above the z = 0 of the case", h, place_text(p, i, j));
+        throw Unfit(fmt::format("has a height of {:.4g} at {}; give metres above the z = 0 of the case", h, place_text(p, i, j)));
     }
   }
-  return {};
 }
 
-std::string size_problem(double columns, double rows) {
+void check_size(double columns, double rows) {
   if (!(columns >= 2.0 && rows >= 2.0) || columns != std::floor(columns) || rows != std::floor(rows))
-    return fmt::format("has {:g} x {:g} points; give at least 2 x 2", columns, rows);
+    throw Unfit(fmt::format("has {:g} x {:g} points; give at least 2 x 2", columns, rows));
   if (columns * rows > static_cast<double>(most_raster_points)) {
-    return fmt::format("has {:g} x {:g} points; at most {} are read: cut it to the surroundings of the obstacle, or resample it", columns,
-                       rows, most_raster_points);
+    throw Unfit(fmt::format("has {:g} x {:g} points; at most {} are read: cut it to the surroundings of the obstacle, or resample it",
+                            columns, rows, most_raster_points));
   }
-  return {};
 }
 
 /// The points of a table x_m, y_m, z_m.
-HeightField::Points points_of_table(const Table& table, std::string& problem) {
+HeightField::Points points_of_table(const Table& table) {
   HeightField::Points points;
   for (const char* column : {"x_m", "y_m", "z_m"}) {
-    if (!table.has(column)) {
-      problem = fmt::format("has no column {}; the first line names x_m, y_m, z_m", column);
-      return points;
-    }
+    if (!table.has(column)) throw Unfit(fmt::format("has no column {}; the first line names x_m, y_m, z_m", column));
   }
   const std::vector<double> x = table.numbers("x_m"), y = table.numbers("y_m"), z = table.numbers("z_m");
   for (std::size_t n = 0; n < x.size(); ++n) {
     if (std::isfinite(x[n]) && std::isfinite(y[n])) continue;
-    problem = fmt::format("has no place in row {}; give x_m and y_m", n + 1);
-    return points;
+    throw Unfit(fmt::format("has no place in row {}; give x_m and y_m", n + 1));
   }
-  if (x.size() < 4 || x.size() > most_raster_points) {
-    problem = fmt::format("has {} rows; give 4 to {}", x.size(), most_raster_points);
-    return points;
-  }
+  if (x.size() < 4 || x.size() > most_raster_points) throw Unfit(fmt::format("has {} rows; give 4 to {}", x.size(), most_raster_points));
   points.first = Vec2(*std::ranges::min_element(x), *std::ranges::min_element(y));
   const Vec2 size = Vec2(*std::ranges::max_element(x), *std::ranges::max_element(y)) - points.first;
   points.spacing = size.maxCoeff();
@@ -153,12 +147,10 @@ HeightField::Points points_of_table(const Table& table, std::string& problem) {
   const auto count = [&](double length) { return static_cast<double>(std::lround(std::min(length / points.spacing, 1e9))) + 1.0; };
   const double columns = count(size.x()), rows = count(size.y());
   const std::string irregular = "is no regular grid with one distance along x and y";
-  if (columns * rows != static_cast<double>(x.size())) {
-    problem = fmt::format("{}: {} rows, but {:g} x {:g} points {:.6g} m apart span it; resample it", irregular, x.size(), columns, rows,
-                          points.spacing);
-    return points;
-  }
-  if (problem = size_problem(columns, rows); !problem.empty()) return points;
+  if (columns * rows != static_cast<double>(x.size()))
+    throw Unfit(fmt::format("{}: {} rows, but {:g} x {:g} points {:.6g} m apart span it; resample it", irregular, x.size(), columns, rows,
+                            points.spacing));
+  check_size(columns, rows);
   points.columns = static_cast<std::size_t>(columns);
   points.rows = static_cast<std::size_t>(rows);
   points.spacing = points.columns >= points.rows ? size.x() / (columns - 1.0) : size.y() / (rows - 1.0);
@@ -168,42 +160,32 @@ HeightField::Points points_of_table(const Table& table, std::string& problem) {
     const Vec2 cells = (Vec2(x[n], y[n]) - points.first) / points.spacing;
     const Vec2 nearest = cells.array().round();
     const std::size_t at = static_cast<std::size_t>(nearest.y()) * points.columns + static_cast<std::size_t>(nearest.x());
-    if ((cells - nearest).cwiseAbs().maxCoeff() > same_place || at >= x.size() || seen[at] != 0) {
-      problem =
-          fmt::format("{}: row {}, x_m = {:.6g}, y_m = {:.6g}, is beside it or there twice; resample it", irregular, n + 1, x[n], y[n]);
-      return points;
-    }
+    if ((cells - nearest).cwiseAbs().maxCoeff() > same_place || at >= x.size() || seen[at] != 0)
+      throw Unfit(
+          fmt::format("{}: row {}, x_m = {:.6g}, y_m = {:.6g}, is beside it or there twice; resample it", irregular, n + 1, x[n], y[n]));
     seen[at] = 1;
     points.height[at] = z[n];
   }
-  problem = grid_problem(points);
+  check_grid(points);
   return points;
 }
 
-}  // namespace
-
-HeightField::Points parse_raster(std::string_view text, std::string& problem) {
-  problem.clear();
+/// The points of an ESRI ASCII grid.
+HeightField::Points points_of_raster(std::string_view text) {
   HeightField::Points points;
   Words words(without_byte_order_mark(text));
-  Header header(words, problem);
-  if (!problem.empty()) return points;
-  if (problem = header.take_dx_and_dy(); !problem.empty()) return points;
+  Header header(words);
+  header.take_dx_and_dy();
   for (const char* name : {"ncols", "nrows", "cellsize"}) {
-    if (!header.has(name)) {
-      problem = fmt::format(
-          "has no {} in its header; give an ESRI ASCII grid: ncols, nrows, xllcenter, yllcenter, cellsize and the heights", name);
-      return points;
-    }
+    if (!header.has(name))
+      throw Unfit(fmt::format(
+          "has no {} in its header; give an ESRI ASCII grid: ncols, nrows, xllcenter, yllcenter, cellsize and the heights", name));
   }
   points.spacing = header.get("cellsize");
   const auto x = first_point(header, 'x', points.spacing), y = first_point(header, 'y', points.spacing);
-  if (!x || !y) {
-    problem = "has no xllcenter and yllcenter in its header; give them in the coordinates of the case";
-    return points;
-  }
+  if (!x || !y) throw Unfit("has no xllcenter and yllcenter in its header; give them in the coordinates of the case");
   points.first = Vec2(*x, *y);
-  if (problem = size_problem(header.get("ncols"), header.get("nrows")); !problem.empty()) return points;
+  check_size(header.get("ncols"), header.get("nrows"));
   points.columns = static_cast<std::size_t>(header.get("ncols"));
   points.rows = static_cast<std::size_t>(header.get("nrows"));
   const std::size_t wanted = points.columns * points.rows;
@@ -212,18 +194,27 @@ HeightField::Points parse_raster(std::string_view text, std::string& problem) {
   std::size_t count = 0;
   for (std::string_view word = header.word; !word.empty(); word = words.next(), ++count) {
     const auto value = parse_number(word);
-    if (!value) {
-      problem = fmt::format("has '{}' among its heights; export the raster again", word.substr(0, 40));
-      return points;
-    }
+    if (!value) throw Unfit(fmt::format("has '{}' among its heights; export the raster again", word.substr(0, 40)));
     if (count >= wanted) continue;
     const std::size_t row = points.rows - 1 - count / points.columns;  // from the north
     points.height[row * points.columns + count % points.columns] = *value == hole ? std::numeric_limits<double>::quiet_NaN() : *value;
   }
-  problem = count == wanted ? grid_problem(points)
-                            : fmt::format("has {} heights, {} x {} are needed; the file is cut off or not whole, export it again", count,
-                                          points.columns, points.rows);
+  if (count != wanted) {
+    throw Unfit(fmt::format("has {} heights, {} x {} are needed; the file is cut off or not whole, export it again", count, points.columns,
+                            points.rows));
+  }
+  check_grid(points);
   return points;
+}
+
+}  // namespace
+
+HeightField::Points parse_raster(std::string_view text, std::string& problem) try {
+  problem.clear();
+  return points_of_raster(text);
+} catch (const Unfit& raster) {
+  problem = raster.what();
+  return {};
 }
 
 std::string raster_text(const HeightField::Points& p) {
@@ -241,11 +232,12 @@ std::string raster_text(const HeightField::Points& p) {
 void read_terrain(TerrainSpec& terrain, const std::filesystem::path& folder, ParameterReport& report) {
   if (!report.all_valid({"terrain.file", "terrain.raster"})) return;
   if (!terrain.file && !terrain.raster) return report.problem("terrain", "has no ground; give file or raster");
-  std::string problem;
   if (!terrain.file) {
-    const HeightField::Points points = parse_raster(*terrain.raster, problem);
-    if (!problem.empty()) return report.problem("terrain.raster", problem);
-    terrain.raster = raster_text(points);
+    try {
+      terrain.raster = raster_text(points_of_raster(*terrain.raster));
+    } catch (const Unfit& raster) {
+      report.problem("terrain.raster", raster.what());
+    }
     return;
   }
   const std::string name = *terrain.file, key = "terrain.file";
@@ -260,10 +252,9 @@ void read_terrain(TerrainSpec& terrain, const std::filesystem::path& folder, Par
   if (const auto size = std::filesystem::file_size(path, error); error || size > most_raster_bytes)
     return refuse(fmt::format("has more than {} bytes; cut it to the surroundings of the obstacle, or resample it", most_raster_bytes));
   try {
-    const HeightField::Points points =
-        ending == ".csv" ? points_of_table(Table::read(path), problem) : parse_raster(read_text_file(path), problem);
-    if (!problem.empty()) return refuse(problem);
-    terrain.raster = raster_text(points);
+    terrain.raster = raster_text(ending == ".csv" ? points_of_table(Table::read(path)) : points_of_raster(read_text_file(path)));
+  } catch (const Unfit& raster) {
+    refuse(raster.what());
   } catch (const IoError& unreadable) {
     refuse(fmt::format("cannot be read: {}", unreadable.what()));
   }
@@ -320,11 +311,10 @@ std::vector<std::string> terrain_problems(const HeightField& ground, const Vec2&
   return problems;
 }
 
-std::shared_ptr<const HeightField> height_field(const TerrainSpec& terrain) {
-  std::string problem;
-  HeightField::Points points = parse_raster(terrain.raster.value_or(""), problem);
-  if (!problem.empty()) throw ConfigError("[terrain] raster " + problem);
-  return std::make_shared<const HeightField>(std::move(points));
+std::shared_ptr<const HeightField> height_field(const TerrainSpec& terrain) try {
+  return std::make_shared<const HeightField>(points_of_raster(terrain.raster.value_or("")));
+} catch (const Unfit& raster) {
+  throw ConfigError(std::string("[terrain] raster ") + raster.what());
 }
 
 }  // namespace mpm
