@@ -1,17 +1,17 @@
-#include <fmt/format.h>
-#include <hdf5.h>
-#include <zlib.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <utility>
 
 #include "libmpm/io/atomic_file.hpp"
-#include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/hdf5_library.hpp"
 
 namespace mpm::hdf5 {
+
+bool usable_by_threads() {
+  hbool_t safe = 0;
+  return H5is_library_threadsafe(&safe) >= 0 && safe != 0;
+}
 
 struct Reader::File {
   std::filesystem::path path;
@@ -84,6 +84,13 @@ struct Reader::File {
       fail(fmt::format("attribute '{}' is of another type; the file is of another kind or version", name));
     }
     return attribute;
+  }
+  template <Element T>
+  [[nodiscard]] T number(const std::string& name, H5T_class_t kind) const {
+    const QuietErrors quiet;
+    T value{};
+    require(H5Aread(open_attribute(name, kind), element_type<T>().native, &value) >= 0, fmt::format("attribute '{}'", name));
+    return value;
   }
 };
 
@@ -184,18 +191,7 @@ std::string Reader::text(const std::string& name) const {
   return result;
 }
 
-double Reader::real(const std::string& name) const {
-  const QuietErrors quiet;
-  double value = 0.0;
-  file_->require(H5Aread(file_->open_attribute(name, H5T_FLOAT), H5T_NATIVE_DOUBLE, &value) >= 0, fmt::format("attribute '{}'", name));
-  return value;
-}
-
-std::int64_t Reader::integer(const std::string& name) const {
-  const QuietErrors quiet;
-  std::int64_t value = 0;
-  file_->require(H5Aread(file_->open_attribute(name, H5T_INTEGER), H5T_NATIVE_INT64, &value) >= 0, fmt::format("attribute '{}'", name));
-  return value;
-}
+double Reader::real(const std::string& name) const { return file_->number<double>(name, H5T_FLOAT); }
+std::int64_t Reader::integer(const std::string& name) const { return file_->number<std::int64_t>(name, H5T_INTEGER); }
 
 }  // namespace mpm::hdf5

@@ -1,18 +1,11 @@
 #include <H5FDpublic.h>
-#include <fmt/format.h>
-#include <hdf5.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <bit>
 #include <functional>
-#include <new>
 #include <numeric>
-#include <span>
-#include <utility>
 
 #include "libmpm/io/atomic_file.hpp"
-#include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/hdf5_library.hpp"
 
 namespace mpm::hdf5 {
