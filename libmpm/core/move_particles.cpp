@@ -52,13 +52,13 @@ FluxTotals sum_of(std::span<const FluxTotals> parts, RankGroup& ranks) {
   return sums.members<FluxTotals, counts>(0);
 }
 
-/// Adds the wall time of a loop to its phases, in the ratio of the times that the threads spent in them.
+constexpr double StepTimes::*phases_of_the_loop[] = {&StepTimes::grid_to_particle, &StepTimes::stress, &StepTimes::sort};
+
+/// Adds the wall time of the loop to its phases, in the ratio of the times that the threads spent in them.
 void add_loop(StepTimes& times, double loop, const StepTimes& threads) {
-  if (const double all = threads.total(); all > 0.0) {
-    times.grid_to_particle += loop * threads.grid_to_particle / all;
-    times.stress += loop * threads.stress / all;
-    times.sort += loop * threads.sort / all;
-  }
+  const double all = threads.total();
+  if (all == 0.0) return;
+  for (const auto phase : phases_of_the_loop) times.*phase += loop * threads.*phase / all;
 }
 
 bool finite(const Particle& p) {
@@ -151,7 +151,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
         if (omp_get_thread_num() == 0) ranks.progress();
       }
 #pragma omp critical
-      of_threads += of_thread;
+      for (const auto phase : phases_of_the_loop) of_threads.*phase += of_thread.*phase;
     }
   };
   PhaseTimer(times != nullptr ? &loop : nullptr)(&StepTimes::grid_to_particle, [&] {

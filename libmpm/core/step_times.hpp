@@ -10,16 +10,6 @@ namespace mpm {
 /// phases by the time that the threads spent in them.
 struct StepTimes {
   double source = 0.0, particle_to_grid = 0.0, grid_update = 0.0, grid_to_particle = 0.0, stress = 0.0, sort = 0.0;  ///< s
-  /// Adds the times of another thread.
-  StepTimes& operator+=(const StepTimes& other) {
-    source += other.source;
-    particle_to_grid += other.particle_to_grid;
-    grid_update += other.grid_update;
-    grid_to_particle += other.grid_to_particle;
-    stress += other.stress;
-    sort += other.sort;
-    return *this;
-  }
   /// Sum of the phases, s.
   [[nodiscard]] double total() const { return source + particle_to_grid + grid_update + grid_to_particle + stress + sort; }
 };
