@@ -214,7 +214,7 @@ constexpr int attempts_format_version = 1;
 std::vector<Attempt> read_attempts(const fs::path& directory, const CampaignRun& run) {
   const fs::path file = directory / "attempts.json";
   if (!fs::exists(file)) return {};
-  const Json json = read_json_object(file);
+  const Json json = Json::parse(read_json_text(file), nullptr, false);
   try {
     if (json.value("case_hash", "") != run.case_hash || json.value("end_s", -1.0) != Sampling(run.spec).end()) return {};
     std::vector<Attempt> attempts;
@@ -226,7 +226,7 @@ std::vector<Attempt> read_attempts(const fs::path& directory, const CampaignRun&
                           whole("signal"), a.value("cause", ""), a.value("final", false)});
     }
     return attempts;
-  } catch (const Json::exception&) {  // a value of another type
+  } catch (const Json::exception&) {  // no object, or a value of another type
     throw IoError(fmt::format("'{}' is damaged: it is no list of attempts; delete it", file.string()));
   }
 }

@@ -97,7 +97,6 @@ class Grid {
   std::int32_t find_or_create(const Index3& coordinate);
   /// The same; no_block where there is none.
   [[nodiscard]] std::int32_t find_any(const Index3& coordinate) const;
-  [[nodiscard]] std::span<const std::int32_t> ghosts() const { return ghosts_; }  ///< sorted by coordinate
   /// Removes all particles of a block.
   void clear(std::int32_t index) { block(index).particles.release(*pool_); }
   /// Nodes that belong to no block, for contributions on their way to another rank. @returns their index, valid until free_buffers()

@@ -14,13 +14,6 @@ namespace mpm {
 /// @throws IoError if it cannot be read, is larger than 256 MB or nested deeper than 64
 std::string read_json_text(const std::filesystem::path& path);
 
-/// The object in a JSON file; null if the file does not hold one. @throws IoError as read_json_text
-inline nlohmann::ordered_json read_json_object(const std::filesystem::path& path) {
-  auto json = nlohmann::ordered_json::parse(read_json_text(path), nullptr, false);
-  if (!json.is_object()) json = nullptr;
-  return json;
-}
-
 /// A JSON text with a line break at its end. Bytes that are not UTF-8, such as those of a path, are replaced: JSON has none.
 inline std::string json_text(const nlohmann::ordered_json& json, int indent) {
   return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
