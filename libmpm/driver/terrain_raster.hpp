@@ -7,7 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include "libmpm/boundary/height_field.hpp"
 #include "libmpm/boundary/terrain.hpp"
 
 namespace mpm {

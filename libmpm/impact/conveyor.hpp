@@ -38,7 +38,7 @@
 #include <span>
 #include <vector>
 
-#include "libmpm/boundary/height_field.hpp"
+#include "libmpm/boundary/terrain.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/impact/inflow.hpp"
 #include "libmpm/source/lattice.hpp"

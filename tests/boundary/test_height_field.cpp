@@ -1,4 +1,3 @@
-#include "libmpm/boundary/height_field.hpp"
 
 #include <gtest/gtest.h>
 
