@@ -1,8 +1,6 @@
 #include "libmpm/boundary/outline.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace mpm {

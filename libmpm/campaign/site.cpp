@@ -10,7 +10,6 @@
 #include "libmpm/campaign/plan.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/reader.hpp"
-#include "libmpm/config/schema.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 
 namespace mpm {

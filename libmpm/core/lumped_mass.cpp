@@ -1,7 +1,6 @@
 #include "libmpm/core/lumped_mass.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>

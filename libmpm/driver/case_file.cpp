@@ -7,7 +7,6 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/config/guard.hpp"
 #include "libmpm/config/reader.hpp"
-#include "libmpm/config/schema.hpp"
 #include "libmpm/driver/terrain_raster.hpp"
 #include "libmpm/impact/inflow.hpp"
 

@@ -8,8 +8,6 @@
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/run_record.hpp"
-#include "libmpm/impact/grid_uncertainty.hpp"
-#include "libmpm/impact/measure.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/observe/conservation.hpp"
 #include "libmpm/observe/contact_force.hpp"

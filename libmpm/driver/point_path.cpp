@@ -10,7 +10,6 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/driver/estimate.hpp"
-#include "libmpm/material/any_material.hpp"
 
 namespace mpm {
 

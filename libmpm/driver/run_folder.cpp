@@ -21,7 +21,6 @@
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/driver/scene.hpp"
-#include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
 #include "libmpm/io/json.hpp"
 #include "libmpm/observe/observer.hpp"

@@ -15,7 +15,6 @@
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/base/types.hpp"
-#include "libmpm/boundary/terrain.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/csv.hpp"
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "libmpm/base/parameter.hpp"
 #include "libmpm/boundary/obstacle_spec.hpp"

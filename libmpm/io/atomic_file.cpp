@@ -5,7 +5,6 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/types.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -13,7 +12,6 @@
 #include <csignal>
 #include <regex>
 #include <system_error>
-#include <utility>
 
 #include "libmpm/base/text.hpp"
 

@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "libmpm/base/text.hpp"
-#include "libmpm/io/atomic_file.hpp"
 
 namespace mpm {
 namespace {

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "libmpm/impact/measure.hpp"
-
 namespace mpm {
 
 PressureProfile::PressureProfile(const ImpactGeometry& geometry)
