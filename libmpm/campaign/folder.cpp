@@ -69,6 +69,15 @@ void move_aside(const fs::path& directory) {
   rename_file(directory, fmt::format("{}.{}", directory.string(), number));
 }
 
+/// Time of the last complete row of a series, s; 0 without one.
+double last_time(const fs::path& series) {
+  if (!fs::exists(series)) return 0.0;
+  std::string text = read_file(series);
+  text.erase(text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n'));
+  const auto start = text.rfind('\n');
+  return start == std::string::npos ? 0.0 : std::strtod(text.c_str() + start + 1, nullptr);
+}
+
 /// What does not match its checksums in a finished run, which is then computed again in its place; empty: nothing, or what cannot be read
 /// at all, which status_of() reports.
 std::string damage_of_finished(const fs::path& directory, const Case& c) {
@@ -118,14 +127,6 @@ std::vector<std::pair<const CampaignRun*, std::string>> adoptable(const fs::path
 }
 
 }  // namespace
-
-double last_time(const fs::path& series) {
-  if (!fs::exists(series)) return 0.0;
-  std::string text = read_file(series);
-  text.erase(text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n'));
-  const auto start = text.rfind('\n');
-  return start == std::string::npos ? 0.0 : std::strtod(text.c_str() + start + 1, nullptr);
-}
 
 bool can_go_on(const fs::path& directory, const CampaignRun& run) {
   return answer_or_false([&] {

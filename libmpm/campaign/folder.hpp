@@ -34,9 +34,6 @@ void prepare_run(const std::filesystem::path& out, const CampaignRun& run);
 /// Removes the files that the plan does not keep from the folder of a finished run.
 void tidy_run(const std::filesystem::path& out, const CampaignPlan& plan, const CampaignRun& run);
 
-/// Time of the last complete row of a series, s; 0 without one.
-[[nodiscard]] double last_time(const std::filesystem::path& series);
-
 /// Whether the content of a folder, finished or not, belongs to this case and is not longer than it.
 [[nodiscard]] bool can_go_on(const std::filesystem::path& directory, const CampaignRun& run);
 

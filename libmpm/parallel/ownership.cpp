@@ -130,6 +130,9 @@ double Partition::largest_cost(std::span<const Load> loads, double at_border_too
 
 // ---- Blocks as messages ----------------------------------------------------------------------------------------------------------------
 
+namespace {
+
+/// Appends a block to a message.
 void put_block(Message& message, const Block& block) {
   const ParticleBin& bin = block.particles;
   put(message, block.coordinate);
@@ -140,6 +143,7 @@ void put_block(Message& message, const Block& block) {
   for (int s = 0; s < bin.count(); ++s) put(message, bin.bytes(s));
 }
 
+/// Puts all blocks of a message into a grid. Call Grid::refresh() afterwards.
 void get_blocks(const Message& message, Grid& grid) {
   MessageReader reader(message);
   std::vector<std::uint8_t> cells;
@@ -155,6 +159,8 @@ void get_blocks(const Message& message, Grid& grid) {
     grid.restore({coordinate, Vec3(velocity[0], velocity[1], velocity[2]), cells, records});
   }
 }
+
+}  // namespace
 
 void collect_blocks(const Grid& from, const std::function<bool(const Block&)>& wanted, Grid& into) {
   RankGroup& ranks = from.ranks();
