@@ -29,7 +29,7 @@ SITE = ROOT / "examples" / "design" / "tower_own_snow.toml"
 QUANTITIES = [("force_mean_n", "mean force, kN", 1e-3), ("force_first_impact_n", "first impact (0.1 s), kN", 1e-3),
               ("moment_mean_n_m", "overturning moment, kN m", 1e-3), ("runup_p99_mean_m", "run-up, m", 1.0),
               ("runup_mean_m", "highest particle, m", 1.0), ("pressure_height_mean_m", "pressure height, m", 1.0)]
-STEPS = (0.2, 0.4, 0.8)  # numerics.cfl
+STEPS = (0.2, 0.4, 0.8, 1.0)  # numerics.cfl
 
 
 def entries_of(cells, out):

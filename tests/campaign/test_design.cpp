@@ -288,7 +288,7 @@ TEST(DesignPlans, KeepTheProgramsNumericsExceptTheStepAndTakeOverrides) {
   const DesignPlan plan = make_design(site(), DesignLevel::quick);
   EXPECT_EQ(plan.campaign.runs[0].spec.numerics.contact, Numerics{}.contact);
   EXPECT_EQ(plan.campaign.runs[0].spec.numerics.transfer, Numerics{}.transfer);
-  EXPECT_EQ(plan.campaign.runs[0].spec.numerics.cfl, 0.8);
+  EXPECT_EQ(plan.campaign.runs[0].spec.numerics.cfl, 1.0);
   const DesignPlan other = make_design(site(), DesignLevel::quick, {"numerics.cfl=0.3"});
   for (const CampaignRun& run : other.campaign.runs) EXPECT_EQ(run.spec.numerics.cfl, 0.3);
 }

@@ -338,7 +338,7 @@ void vary(const CaseContext& context, CaseResult& result, Runs& runs, int n) {
     shift("z_half", "upwards", {0.0, 0.0, 0.5});
   }
   std::vector<std::pair<double, std::vector<Metric>>> cfl, particles;
-  for (const double value : context.choose<std::vector<double>>({0.8}, {0.8, 0.2}, {0.8, 0.2, 0.1})) {
+  for (const double value : context.choose<std::vector<double>>({1.0}, {1.0, 0.2}, {1.0, 0.2, 0.1})) {
     cfl.emplace_back(value, changed(fmt::format("cfl{:g}", value), [&](Case& c) { c.numerics.cfl = value; }));
     variants.push_back({fmt::format("CFL {:g} in place of 0.4", value), cfl.back().second});
   }

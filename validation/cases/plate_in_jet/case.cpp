@@ -210,7 +210,7 @@ std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants)
     runs.push_back({"7 cells, grid moved by half a cell across", {.cells = 7, .id = "moved-across", .shift_y = 0.5}});
     runs.push_back({"7 cells, grid moved by 0.3 and 0.4 cells", {.cells = 7, .id = "moved", .shift_x = 0.3, .shift_y = 0.4}});
     runs.push_back({"7 cells, CFL 0.2", {.cells = 7, .id = "cfl-0.2", .cfl = 0.2}});
-    runs.push_back({"7 cells, CFL 0.8", {.cells = 7, .id = "cfl-0.8", .cfl = 0.8}});
+    runs.push_back({"7 cells, CFL 1", {.cells = 7, .id = "cfl-1", .cfl = 1.0}});
     runs.push_back({"7 cells, FLIP 0.99", {.cells = 7, .id = "flip-0.99", .transfer = Transfer::flip, .flip_ratio = 0.99}});
   }
   if (context.level() == Level::quick) return runs;
