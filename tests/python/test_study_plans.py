@@ -110,11 +110,11 @@ class Numerics(unittest.TestCase):
             if not accurate(path):
                 self.assertEqual({run.get("numerics.shock_viscosity") for run in runs_of(path)}, {0}, path)
 
-    def test_of_the_two_campaigns_are_all_that_differs_between_them_but_for_the_friction(self):
+    def test_of_the_two_campaigns_are_all_that_differs_between_them_but_for_friction_and_time_step(self):
         reproduction, prediction = ({tuple(run[key] for key in INPUTS): run for run in runs_of(STUDY / folder / "w5.toml")}
                                     for folder in ("reproduction", "prediction"))
         differing = {key for inputs, run in reproduction.items() for key in {*run, *prediction[inputs]} if run.get(key) != prediction[inputs].get(key)}
-        self.assertEqual(differing, {*PREDICTION, "obstacle.friction"})
+        self.assertEqual(differing, {*PREDICTION, "numerics.cfl", "obstacle.friction"})
 
     def test_of_the_strip_are_those_of_the_reproduction(self):
         base, strip = (base_of(STUDY / "reproduction" / name) for name in ("full.toml", "strip.toml"))

@@ -146,20 +146,21 @@ def choices():
     for key, (file, column, value) in CHOICES.items():
         of = summaries[file]
         found.append({"key": key, **of[(of.choice == column) & (of["value"].astype(str) == value)].iloc[0].drop(["choice", "value"])})
-    found += [_over("transfer", key, *pair) for key, pair in {
+    transfer, time_step = (read_table(str(ROWS / f"{name}.csv")) for name in ("transfer", "time_step"))
+    transfer = transfer[transfer["numerics.precision"] == "single"]
+    found += [_over(transfer, key, *pair) for key, pair in {
         "flip": ({"numerics.transfer": "flip"}, {"numerics.transfer": "apic", "conveyor.lattice": "staggered"}),
         "aflip": ({"numerics.transfer": "aflip"}, {"numerics.transfer": "apic", "conveyor.lattice": "staggered"}),
         "aligned": ({"conveyor.lattice": "aligned"}, {"numerics.transfer": "apic", "conveyor.lattice": "staggered"})}.items()]
-    found += [_over("time_step", f"cfl_08_{name}", {"campaign": name, "numerics.cfl": "0.8"}, {"campaign": name, "numerics.cfl": "0.4"})
+    found += [_over(time_step, f"cfl_08_{name}", {"campaign": name, "numerics.cfl": "0.8"}, {"campaign": name, "numerics.cfl": "0.4"})
               for name in ("reproduction", "prediction")]
+    default = pd.concat([read_table(str(ROWS / f"{name}.csv")).assign(cfl=cfl) for name, cfl in (("prediction_today_w5", 1), ("time_step_08", 0.8))])
+    found.append(_over(default, "cfl_1_prediction", {"cfl": 1}, {"cfl": 0.8}))
     return pd.DataFrame(found)
 
 
-def _over(name, key, changed, base):
-    """Geometric mean, lowest and highest of the rows of one file that are `changed`, over those of the same point that are `base`."""
-    table = read_table(str(ROWS / f"{name}.csv"))
-    table = table[table["numerics.precision"] == "single"] if "numerics.precision" in table else table
-
+def _over(table, key, changed, base):
+    """Geometric mean, lowest and highest of the rows of a table that are `changed`, over those of the same point that are `base`."""
     def chosen(conditions):
         of = table[np.logical_and.reduce([table[column] == value for column, value in conditions.items()])]
         of = of.assign(**{point: numbers(of, point).round(9) for point in POINT})

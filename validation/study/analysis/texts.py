@@ -169,7 +169,8 @@ def block_friction(values):
 CHOICE_NAMES = {"flip": "FLIP 0.95 for APIC, 0.25 m", "aflip": "AFLIP for APIC, 0.25 m", "aligned": "aligned lattice for staggered, Fr ≤ 1, 0.25 m",
                 "particles_27": "27 particles a cell for 8, w/5",
                 "cfl_02": "CFL number 0.2 for 0.4 (nodes, APIC)", "cfl_08_reproduction": "CFL number 0.8 for 0.4 (nodes, APIC)",
-                "cfl_08_prediction": "CFL number 0.8 for 0.4 (surface, AFLIP)", "window_long": "window 1.5 times as long",
+                "cfl_08_prediction": "CFL number 0.8 for 0.4 (surface, AFLIP)",
+                "cfl_1_prediction": "CFL number 1 for 0.8 (surface, AFLIP)", "window_long": "window 1.5 times as long",
                 "walls_slip": "side walls without friction", "slope_30": "slope of 30°"}
 
 
