@@ -56,6 +56,7 @@ void print_plan(std::FILE* to, const DesignPlan& plan, const std::filesystem::pa
   fmt::print(to, "runs   {} of {:.3g} s each in {}; {:.3g} particle-steps, about {} at {:.0f} million a second (two cores)\n",
              plan.runs.size(), plan.duration, out.string(), plan.particle_steps,
              clock_text(plan.particle_steps / assumed_particle_steps_per_s), 1e-6 * assumed_particle_steps_per_s);
+  if (!plan.overrides.empty()) fmt::print(to, "set    {} in all runs\n", fmt::join(plan.overrides, ", "));
   if (plan.particle_steps > design_budget(plan.level))
     fmt::print(to, "warning: this is more than the time of the level \"{}\"; --executor slurm, or more cores, make it shorter\n",
                to_string(plan.level));

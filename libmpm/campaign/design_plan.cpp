@@ -139,9 +139,37 @@ std::string in_words_of_the_site(std::string text, const Site& site) {
   return text;
 }
 
+/// Refuses overrides of what the site file or the ensemble decides: the page would describe another mast than that of its runs.
+/// @param overrides  "table.key=value". @throws ConfigError
+void refuse_keys_of_the_site(const std::vector<std::string>& overrides, const Site& site) {
+  static const std::array<std::array<std::string_view, 2>, 14> decided{{{"conveyor.velocity_m_s", "flow.velocity_m_s"},
+                                                                        {"conveyor.froude_number", "flow.froude_number"},
+                                                                        {"conveyor.flow_height_m", "flow.depth_m"},
+                                                                        {"material.density_kg_m3", "flow.density_kg_m3"},
+                                                                        {"material.model", "[[snow]]"},
+                                                                        {"material.critical_state_slope", "[[snow]]"},
+                                                                        {"material.cohesion_beta", "[[snow]]"},
+                                                                        {"material.hardening_xi", "[[snow]]"},
+                                                                        {"obstacle.", "[mast]"},
+                                                                        {"arm.", "[arm]"},
+                                                                        {"numerics.cell_size_m", "plan.finest_cells"},
+                                                                        {"numerics.gravity_m_s2", "flow.slope_deg"},
+                                                                        {"numerics.slope_deg", "flow.slope_deg"},
+                                                                        {"output.duration_s", "plan.duration_s"}}};
+  for (const std::string& text : overrides) {
+    const std::string key = text.substr(0, text.find('='));
+    for (const auto& [of_case, of_site] : decided) {
+      if (of_case.ends_with('.') ? !key.starts_with(of_case) : key != of_case) continue;
+      const std::string own = in_words_of_the_site(key, site);
+      throw ConfigError(
+          fmt::format("--set {}: the site file decides {} of every run; give {} there", text, key, own == key ? of_site : own));
+    }
+  }
+}
+
 /// The ensemble on these grids.
 DesignPlan ensemble(const Site& site, DesignLevel level, const std::vector<int>& cells, const std::vector<std::string>& overrides) {
-  DesignPlan plan{.site = site, .level = level, .snows = design_snows(site), .cells = cells};
+  DesignPlan plan{.site = site, .level = level, .overrides = overrides, .snows = design_snows(site), .cells = cells};
   for (const int n : cells) plan.cell_size.push_back(cell_size_of(site, n));
   plan.duration = duration_of(site);
   CampaignPlan campaign;
@@ -177,6 +205,7 @@ double design_budget(DesignLevel level) {
 }
 
 DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<std::string>& overrides) {
+  refuse_keys_of_the_site(overrides, site);
   if (const std::vector<int> cells = prescribed_grids(site.plan); !cells.empty()) return ensemble(site, level, cells, overrides);
   std::optional<DesignPlan> plan;
   for (std::vector<int> cells : grid_sets()) {
@@ -262,6 +291,7 @@ std::string design_plan_json(const DesignPlan& plan) {
   const Case& first = plan.campaign.runs.front().spec;
   root["numerics"] =
       Json{{"contact", case_value(first, "numerics.contact").value()}, {"transfer", case_value(first, "numerics.transfer").value()}};
+  root["overrides"] = plan.overrides;
   root["duration_s"] = plan.duration;
   root["particle_steps"] = plan.particle_steps;
   root["runs"] = Json::array();

@@ -30,15 +30,16 @@ struct DesignRun {
 
 /// The runs for a site.
 struct DesignPlan {
-  Site site;                      ///< resolved
-  DesignLevel level;              ///< time limit
-  std::vector<SiteSnow> snows;    ///< each with its source
-  std::vector<int> cells;         ///< in the smaller of w and H, coarse first
-  std::vector<double> cell_size;  ///< m, of each grid
-  double duration = 0.0;          ///< s, of each run
-  std::vector<DesignRun> runs;    ///< snow by snow, coarse first
-  Campaign campaign;              ///< the same runs, in this order
-  double particle_steps = 0.0;    ///< estimated, of all runs
+  Site site;                           ///< resolved
+  DesignLevel level;                   ///< time limit
+  std::vector<std::string> overrides;  ///< "table.key=value" of a case file, for all runs
+  std::vector<SiteSnow> snows;         ///< each with its source
+  std::vector<int> cells;              ///< in the smaller of w and H, coarse first
+  std::vector<double> cell_size;       ///< m, of each grid
+  double duration = 0.0;               ///< s, of each run
+  std::vector<DesignRun> runs;         ///< snow by snow, coarse first
+  Campaign campaign;                   ///< the same runs, in this order
+  double particle_steps = 0.0;         ///< estimated, of all runs
 };
 
 /// Grids: of the sets {3, 5, 7}, {5, 7, 11}, {7, 11, 15}, {11, 15, 21} (ratios above 1.3, odd numbers) the finest that fits into the budget
@@ -49,7 +50,7 @@ struct DesignPlan {
 /// (assumed); half of it computed; measuring windows in metres, the same on all grids; 100 rows a second; numerics by the program's
 /// defaults; gravity g cos(slope) without a slope, so that the flow keeps its speed. Duration: 2 v/g for the first splash, then max(3 v/g,
 /// 3 s); at least a distance of 20 max(w, H) (the paper's slowest runs: 14 H and more).
-/// @param overrides  "table.key=value" of a case file, for all runs
+/// @param overrides  "table.key=value" of a case file, for all runs; no key that the site decides
 /// @throws ConfigError
 [[nodiscard]] DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<std::string>& overrides = {});
 

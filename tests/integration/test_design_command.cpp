@@ -122,6 +122,21 @@ TEST_F(DesignCommand, RefusesAWrongOverrideWithExitCode2) {
   EXPECT_TRUE(contains(o.err, "cfl")) << o.err;
 }
 
+TEST_F(DesignCommand, RefusesAnOverrideOfWhatTheSiteDecides) {
+  write(small_site);
+  for (const auto& [key, own] :
+       {std::pair{"obstacle.friction=1", "mast.friction"}, std::pair{"obstacle.rotation_deg=45", "[mast]"},
+        std::pair{"material.critical_state_slope=1", "[[snow]]"}, std::pair{"conveyor.flow_height_m=2", "flow.depth_m"},
+        std::pair{"numerics.gravity_m_s2=20", "flow.slope_deg"}, std::pair{"numerics.cell_size_m=0.25", "plan.finest_cells"},
+        std::pair{"output.duration_s=3", "plan.duration_s"}}) {
+    const Outcome o = design(std::string("--quick --plan --set ") + key);
+    EXPECT_EQ(o.code, static_cast<int>(ExitCode::usage)) << key;
+    EXPECT_TRUE(contains(o.err, std::string("give ") + own + " there")) << o.err;
+  }
+  const Outcome allowed = design("--quick --plan --json --set conveyor.lattice=aligned");
+  EXPECT_EQ(nlohmann::json::parse(allowed.out)["overrides"], std::vector<std::string>{"conveyor.lattice=aligned"});
+}
+
 TEST_F(DesignCommand, NamesRunsThatAreMissingForThePage) {
   write(small_site);
   const Outcome o = design("--out loads --page");
