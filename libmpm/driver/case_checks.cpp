@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libmpm/base/error.hpp"
 #include "libmpm/base/parameter.hpp"
+#include "libmpm/driver/observers.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/driver/terrain_raster.hpp"
+#include "libmpm/impact/conveyor.hpp"
+#include "libmpm/impact/inflow.hpp"
 
 namespace mpm {
 
@@ -182,6 +186,60 @@ void check_terrain(const Case& c, ParameterReport& report) {
   for (const std::string& problem : terrain_problems(*ground, low, high, mirror)) report.problem(key, problem);
 }
 
+/// A run ends with a row of series.csv, later than asked.
+void check_rows(const OutputSpec& output, ParameterReport& report) {
+  const std::string name = "output.series_per_second";
+  constexpr double least = 0.1;  // rows up to the duration
+  if (!report.all_valid({name, "output.duration_s"}) || output.duration * output.series_per_second >= least) return;
+  report.problem(name, fmt::format("= {} has its first row long after output.duration_s = {} s; give at least {:.6g}",
+                                   output.series_per_second, output.duration, 1.0 / output.duration));
+}
+
+/// What a run of a conveyor computes before its first step: the weight of the snow at rest, and the windows of the measurements.
+void check_start(const Case& c, ParameterReport& report) {
+  if (!c.conveyor || !domain_is_valid(c, report)) return;
+  for (const auto& p : parameters_of<MaterialParameters>().all()) {
+    if (!report.valid("material." + p.info.name)) return;
+  }
+  const double height = std::max(c.conveyor->flow_height, Inflow(*c.conveyor).highest());
+  constexpr int layers = 8;
+  try {
+    settled_column(make_material(c.material), c.material.density() * c.numerics.gravity, height, layers);
+  } catch (const UnstableError&) {
+    report.problem("material",
+                   fmt::format("cannot carry its own weight over conveyor.flow_height_m = {:.6g} m; give a stiffer one", height));
+  }
+  if (!c.obstacle || !ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) ||
+      !report.all_valid({"measurement.bin_height_m", "measurement.filter_length_m"}))
+    return;
+  try {
+    (void)impact_geometry(c);
+  } catch (const ConfigError& error) {
+    report.problem(report.given("measurement.bin_height_m") ? "measurement.bin_height_m" : "numerics.cell_size_m", error.what());
+  }
+}
+
+/// A given domain leaves in the belt between inlet and outlet, and the obstacle.
+void check_domain_of_conveyor(const Case& c, ParameterReport& report) {
+  if (!c.conveyor || !domain_is_valid(c, report) || !report.valid("conveyor.width_m")) return;
+  const ConveyorSpec& belt = *c.conveyor;
+  const double half = 0.5 * belt.width;
+  Eigen::AlignedBox3d needed(Vec3(0.0, belt.mirror_y ? 0.0 : -half, 0.0), Vec3(0.0, half, belt.flow_height));
+  if (belt.feed == ConveyorSpec::Feed::window) {
+    needed.min().x() = -belt.upstream_length;
+    needed.max().x() = belt.downstream_length;
+  }
+  if (c.terrain) needed.min().z() = needed.max().z() = std::clamp(0.0, c.domain.min.z(), c.domain.max.z());
+  constexpr double rounding = 1e-9;
+  for (const auto& [key, outside, low] : {std::tuple{"domain.min_m", Vec3(c.domain.min - needed.min()), true},
+                                          std::tuple{"domain.max_m", Vec3(needed.max() - c.domain.max), false}}) {
+    int axis = 0;
+    if (!report.given(key) || outside.maxCoeff(&axis) <= rounding) continue;
+    report.problem(key, fmt::format("cuts off a part of the flow that [conveyor] feeds; give {} {:.6g} m in {}",
+                                    low ? "at most" : "at least", low ? needed.min()[axis] : needed.max()[axis], "xyz"[axis]));
+  }
+}
+
 /// Means belong to one state of a flow that meets an obstacle.
 void check_stop(const Case& c, ParameterReport& report) {
   const std::string name = "output.stop_when_steady";
@@ -218,6 +276,9 @@ void resolve_case(Case& c, ParameterReport& report) {
   check_scene(c, report);
   check_terrain(c, report);
   check_stop(c, report);
+  check_rows(c.output, report);
+  check_domain_of_conveyor(c, report);
+  check_start(c, report);
 }
 
 }  // namespace mpm

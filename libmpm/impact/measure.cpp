@@ -100,11 +100,11 @@ ImpactGeometry paper_geometry(double flow_height, double obstacle_width, double 
     }
   }
   if (geometry.profile_bins() < static_cast<std::size_t>(geometry.filter_bins)) {
-    throw ConfigError(fmt::format(
-        "impact measurements: cell size {} m is too coarse for a flow height of {} m: the pressure profile has {} bins of {} m, its "
-        "filter needs {}; use cells of at most {:.3g} m, or fix the windows in [measurement]",
-        cell_size, flow_height, geometry.profile_bins(), geometry.bin_height, geometry.filter_bins,
-        2.0 * geometry.profile_height / geometry.filter_bins));
+    throw ConfigError(
+        fmt::format("is too large for a flow height of {} m: the pressure profile has {} bins of {} m, its filter needs {}; give {} of at "
+                    "most {:.3g} m",
+                    flow_height, geometry.profile_bins(), geometry.bin_height, geometry.filter_bins, windows.bin_height ? "bins" : "cells",
+                    (windows.bin_height ? 1.0 : 2.0) * geometry.profile_height / geometry.filter_bins));
   }
   return geometry;
 }
@@ -113,7 +113,9 @@ namespace {
 
 /// Distance along x, upstream of the front at y, of the points whose distance from the front is `distance`, m.
 double reach_upstream(const Outline& outline, double y, double distance) {
-  const double surface = outline.section(y).value().low;
+  const auto section = outline.section(y);
+  if (!section) throw ConfigError("is no cell size for so narrow an obstacle; give one of at most its width");
+  const double surface = section->low;
   const auto excess = [&](double x) { return outline.nearest_of_front({x, y}).distance - distance; };
   double outside = surface - 2.0 * distance;
   while (excess(outside) < 0.0) outside -= distance;

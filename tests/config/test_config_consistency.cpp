@@ -141,6 +141,16 @@ INSTANTIATE_TEST_SUITE_P(
         BadCase{"override_of_a_key_as_table", strip_case + "", {"output.duration_s.x=3"}, {"duration_s is no table"}},
         BadCase{
             "override_misspelt", strip_case, {"numerics.cell_siz_m=0.5"}, {"--set numerics.cell_siz_m=0.5: ", "did you mean cell_size_m?"}},
+        BadCase{"first_row_after_the_end",
+                strip_case,
+                {"output.series_per_second=1e-6"},
+                {"series_per_second = 1e-06 has its first row long after output.duration_s"}},
+        BadCase{"domain_within_the_belt", window_case, {"domain.max_m=[1000, 3, 1000]"}, {"max_m cuts off a part of the flow", "m in y"}},
+        BadCase{
+            "domain_above_the_ground", window_case, {"domain.min_m=[-1000, -1000, 1]"}, {"min_m cuts off a part of the flow", "m in z"}},
+        BadCase{"snow_too_soft", window_case, {"material.young_modulus_pa=1"}, {"[material", "cannot carry its own weight"}},
+        BadCase{"bins_too_high", strip_case, {"measurement.bin_height_m=100"}, {"bin_height_m is too large for a flow height of 1.75 m"}},
+        BadCase{"cells_too_large_to_measure", strip_case, {"numerics.cell_size_m=1.5"}, {"cell_size_m is too large for a flow height"}},
         BadCase{"override_two_values", strip_case, {"numerics.cfl=0.5\nx = 3"}, {"more than one value"}}),
     [](const auto& param) { return param.param.name; });
 
