@@ -65,6 +65,18 @@ TEST(AdviceAboutACase, SaysWhereTheRunEndsIfNotWhereItWasAsked) {
   EXPECT_EQ(rules({"output.duration_s=7.94"}), Names{}) << "397 rows of 1/50 s, to round-off";
 }
 
+TEST(AdviceAboutACase, WarnsOfAnObstacleThinnerThanACell) {
+  EXPECT_THAT(of("thin_obstacle", {"obstacle.depth_m=0.1"}).what, HasSubstr("0.4 cells across the thinnest part"));
+  EXPECT_EQ(of("thin_obstacle", {"obstacle.depth_m=0.25"}).rule, "") << "one cell";
+  EXPECT_THAT(of("thin_obstacle", {"obstacle.width_m=0.2"}, "shape = \"cylinder\"\n").remedy, HasSubstr("cell_size_m = 0.2"));
+}
+
+TEST(AdviceAboutACase, SaysHowManyFramesAreStored) {
+  EXPECT_THAT(of("frames_between_rows", {"output.frames_per_second=30"}).why, HasSubstr("25 frames a second are stored"));
+  EXPECT_THAT(of("frames_between_rows", {"output.frames_per_second=100"}).why, HasSubstr("50 frames a second are stored"));
+  EXPECT_EQ(of("frames_between_rows", {"output.frames_per_second=10"}).rule, "");
+}
+
 TEST(AdviceAboutACase, SaysThatRowsOfTheInflowAreAfterTheEnd) {
   const auto with_rows = [](const std::string& first, const std::string& second) {
     const std::string text =
@@ -229,6 +241,20 @@ TEST(AdviceAboutACase, WarnsOfGroundWithWavesOfAFewCells) {
   EXPECT_EQ(advice_on_ground(wave(3.0, 0.168)).size(), 1U) << "8 % of the speed of a slab";
   const auto checkers = [](double x, double y) { return std::lround((x + y) / 0.0625) % 2 == 0 ? 0.003 : -0.003; };
   EXPECT_EQ(advice_on_ground(checkers).size(), 1U) << "level at the points of the raster";
+}
+
+TEST(AdviceAboutACase, WarnsOfGroundThatIsNotAtZeroWhereTheObstacleStands) {
+  Case c = parse_case(
+      "[material]\nmodel = \"hencky_elastic\"\n[[body]]\nmin_m = [-2, -1, 3]\nmax_m = [-1, 1, 4]\n[obstacle]\nwidth_m = 1\n"
+      "[domain]\nmin_m = [-3, -3, -1]\nmax_m = [3, 3, 5]\n[output]\nduration_s = 1\n",
+      "box.toml");
+  c.terrain = testing::ground_spec([](double, double) { return 2.0; }, 4.0, 0.5);
+  const auto found = advise(c);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].rule, "ground_at_the_obstacle");
+  EXPECT_THAT(found[0].remedy, HasSubstr("subtract 2 m"));
+  c.terrain = testing::ground_spec([](double, double) { return 0.1; }, 4.0, 0.5);
+  EXPECT_TRUE(advise(c).empty());
 }
 
 TEST(AdviceAboutACase, NamesThePlaceOfTheShortestWavesInTheDomain) {
