@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <omp.h>
 
 #include <cerrno>
@@ -129,6 +130,12 @@ void Run::start_or_resume() {
         fmt::format("{}: holds finished results but no checkpoint to go on from; choose another --out, or compute the "
                     "case again with --force instead of --resume",
                     options_.out.string()));
+  }
+  if (const auto file = options_.out / "case.toml"; options_.resume && std::filesystem::exists(file)) {
+    if (const auto changed = case_differences(read_case(file), case_); !changed.empty()) {
+      throw ConfigError(fmt::format("{}: holds a run of another case ({}); choose another --out, or --force instead of --resume",
+                                    options_.out.string(), fmt::join(changed, "; ")));
+    }
   }
   start();
   if (options_.resume) say("no checkpoint here: started from the beginning");

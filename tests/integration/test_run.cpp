@@ -274,6 +274,10 @@ TEST_F(RunCase, RefusesToResumeAnotherCaseAndLeavesEverythingAsItWas) {
   c.material.as<CamClay>().critical_state_slope = 0.4;
   EXPECT_THROW(run_case(c, into("a", true)), IoError);
   EXPECT_EQ(content(directory / "a/series.csv"), series);
+  for (const char* file : {"a/checkpoint.h5", "a/checkpoint.previous.h5", "a/results.json"}) fs::remove(directory / file);
+  c.material.as<CamClay>().critical_state_slope = 0.5;
+  EXPECT_THROW(run_case(c, into("a", true)), ConfigError) << "interrupted before the first checkpoint";
+  EXPECT_EQ(content(directory / "a/series.csv"), series);
 }
 
 TEST_F(RunCase, DamagedCheckpointGivesWayToTheOneBefore) {
