@@ -46,12 +46,13 @@ using Clock = std::chrono::steady_clock;
 
 std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
-/// Last line that is not empty, or its end.
+/// Last line that is not empty and not the hint behind a wrong argument, or its end.
 std::string last_line(const fs::path& file) {
   constexpr std::streamoff longest = 4096;  // bytes
   std::ifstream in(file, std::ios::binary | std::ios::ate);
   in.seekg(-std::min<std::streamoff>(longest, in.tellg()), std::ios::end);
   std::string text{std::istreambuf_iterator<char>(in), {}};
+  text.erase(std::min(text.size(), text.rfind("Run with --help")));
   text.erase(text.find_last_not_of(" \n\r") + 1);
   return plain_text(std::string_view(text).substr(text.rfind('\n') + 1));  // npos + 1 = 0
 }

@@ -102,11 +102,12 @@ std::string instability_text(const State& state, const Scene& scene, double dt, 
   const Vec3 centre = block_box(c, state.grid.cell_size()).center();
   const Vec3 position = position_of(p);
   const bool known = position.allFinite();
+  const double pressure = -(p.stress[0] + p.stress[1] + p.stress[2]) / 3.0;
   return "unstable at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + " (dt = " + number_text(dt, 3) +
          " s): " + what + " of particle " + std::to_string(p.id) + (known ? " at " : " near ") +
-         vector_text((known ? position : centre) - scene.offset) + " m; velocity " + vector_text(p.velocity) + " m/s, pressure " +
-         number_text(-(p.stress[0] + p.stress[1] + p.stress[2]) / 3.0, 4) +
-         " Pa. Try a smaller CFL number or a finer grid, or look for a body that starts inside a boundary or another body";
+         vector_text((known ? position : centre) - scene.offset) + " m; velocity " + vector_text(p.velocity) + " m/s" +
+         (std::isfinite(pressure) ? ", pressure " + number_text(pressure, 4) + " Pa" : "") +
+         ". Try a smaller CFL number or a finer grid, or look for a body that starts inside a boundary or another body";
 }
 
 }  // namespace

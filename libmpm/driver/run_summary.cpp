@@ -52,8 +52,9 @@ std::string summary_text(const Results& results) {
       "(mpm design)\n",
       shown(results.number("force_filtered_peak_n"), 1e-3), results.number("force_window_s"), results.number("force_filtered_peak_time_s"),
       first ? ", first impact of an ideal vertical front" : "");
-  text += fmt::format("  steady mean {} kN: the load while the avalanche passes, for what responds slowly, such as a foundation\n",
-                      shown(results.number("force_mean_n"), 1e-3));
+  if (results.number("steady") != 0.0)
+    text += fmt::format("  steady mean {} kN: the load while the avalanche passes, for what responds slowly, such as a foundation\n",
+                        shown(results.number("force_mean_n"), 1e-3));
   text += fmt::format("  raw peak {} kN (a row of {:.2g} s, at {:.3g} s): no design value, it grows with output.series_per_second\n",
                       shown(results.number("force_peak_n"), 1e-3), results.number("force_interval_s"), results.number("force_peak_time_s"));
   return text;

@@ -67,7 +67,8 @@ struct Header {
       if (!number)
         throw Unfit(
             fmt::format("'{} {}' is no entry of the header of an ESRI ASCII grid; export the raster again", name, value.substr(0, 40)));
-      numbers[name] = *number;
+      if (!numbers.try_emplace(name, *number).second)
+        throw Unfit(fmt::format("has '{}' twice in its header; export the raster again", name));
     }
   }
   /// Takes dx and dy, which GIS programs write in place of cellsize.

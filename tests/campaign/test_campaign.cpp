@@ -248,6 +248,12 @@ TEST_F(CampaignFolder, ADamagedFileOfOneRunIsItsFailureAndIsNamed) {
   EXPECT_EQ(run_with(c, "exit 5\n").failed, 0u);
 }
 
+TEST_F(CampaignFolder, TheCauseOfAWrongArgumentIsTheMessageAndNotTheHintBehindIt) {
+  const Campaign c = campaign_of("[[run]]\nname = \"a\"\n");
+  EXPECT_EQ(run_with(c, "printf -- '--threads: 99 is too many\\nRun with --help for more information.\\n' >&2; exit 2\n").failed, 1u);
+  EXPECT_EQ(status_of(out(), c.runs[0]).cause(), "exit code 2: --threads: 99 is too many");
+}
+
 TEST_F(CampaignFolder, ACauseWithBytesOfAnotherEncodingIsRecordedAndRead) {
   const Campaign c = campaign_of("[[run]]\nname = \"a\"\n");
   EXPECT_EQ(run_with(c, "printf 'cannot read Sch\\344tze.csv\\n' >&2; exit 2\n").failed, 1u);

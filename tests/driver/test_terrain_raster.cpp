@@ -121,6 +121,8 @@ TEST_F(TerrainFiles, ThatAreWrongAreNamedWithPlaceAndRemedy) {
   EXPECT_THAT(message("g.asc", esri("0 0 0\n0 one 0\n")), HasSubstr("has 'one' among its heights"));
   EXPECT_THAT(message("g.asc", ""), HasSubstr("has no ncols in its header"));
   EXPECT_THAT(message("g.asc", esri(flat, "ncols 3\nnrows 2\ncellsize 14\n")), HasSubstr("has no xllcenter"));
+  EXPECT_THAT(message("g.asc", esri(flat, "ncols 3\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 14\ncellsize 28\n")),
+              HasSubstr("has 'cellsize' twice in its header"));
   EXPECT_THAT(message("g.asc", esri(flat, "ncols 3\nnrows many\n")), HasSubstr("'nrows many' is no entry"));
   EXPECT_THAT(message("g.asc", esri(flat, "ncols 3\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 0.0001\n")), HasSubstr("degrees"));
   EXPECT_THAT(message("g.asc", esri(flat, "ncols 1e9\nnrows 1e9\nxllcenter 0\nyllcenter 0\ncellsize 1\n")), HasSubstr("at most 250000"));
