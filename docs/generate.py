@@ -108,7 +108,7 @@ def usage_of(program, *words):
     text = output_of(program, *words, "--help")
     usage = re.search(r"^Usage: (.*)$", text, flags=re.MULTILINE)[1].replace(" [OPTIONS]", "")
     for name, kind in re.findall(r"^  (\w+) (\S+) REQUIRED", text, flags=re.MULTILINE):
-        usage = re.sub(rf" {name}\b", f" {name.upper() if kind == 'TEXT' else kind}", usage)
+        usage = re.sub(rf"(.*) {name}\b", rf"\1 {name.upper() if kind == 'TEXT' else kind}", usage)  # the last: a command may have that name, too
     return usage
 
 

@@ -2,13 +2,15 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import unittest
 
-
 from mpmtools.tables import read_series
 from study_samples import SOURCE, TRUTH, InFolder, synthetic_table
+
+needs_program = unittest.skipUnless("MPM" in os.environ, "needs the program: set MPM to its path (ctest does)")
 
 class Fit(InFolder):
     def table(self, scatter=0.08):
@@ -90,6 +92,35 @@ class Module(unittest.TestCase):
         self.assertRegex(bare.stderr, f"^mpmtools: No module named '\\w+', for {sys.executable}; install [^\\n]*\n$")
         unknown = subprocess.run([sys.executable, "-m", "mpmtools", "fti"], env=environment, capture_output=True, text=True, check=False)
         self.assertEqual(unknown.returncode, 2)
+
+
+@needs_program
+class Pages(unittest.TestCase):
+    """What docs/ says of the program's commands."""
+
+    def help_of(self, command):
+        done = subprocess.run([os.environ["MPM"], *command.split(), "--help"], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, f"mpm {command}: {done.stderr}")
+        return done.stdout
+
+    def test_list_every_command_by_its_name(self):
+        text = (SOURCE / "docs" / "commands.md").read_text(encoding="utf-8").partition("<!-- generated: commands -->")[2].partition("<!-- /generated")[0]
+        found = re.findall(r"^\| \[?`mpm ((?:[a-z]+ )*[a-z]+)((?: [A-Z][\w.]*)*)`", text, flags=re.MULTILINE)
+        self.assertEqual(len(found), len(text.strip().splitlines()) - 2)
+        for command, arguments in found:
+            usage = re.search(r"^Usage: mpm (.*)$", self.help_of(command), flags=re.MULTILINE)[1].replace(" [OPTIONS]", "")
+            self.assertTrue(usage.startswith(command), f"mpm {command}")
+            self.assertEqual(len(usage.removeprefix(command).split()), len(arguments.split()), f"mpm {command}{arguments}")
+
+    def test_list_options_that_the_command_has(self):
+        for page, before, command in (("commands.md", "## `mpm run`", "run"), ("grid-studies.md", "## Options", "converge"),
+                                      ("campaigns.md", "| option of `mpm campaign run`", "campaign run")):
+            table = (SOURCE / "docs" / page).read_text(encoding="utf-8").partition(before)[2].partition("|---|")[2].partition("\n\n")[0]
+            names = re.findall(r"^\|.*?(?= \| )", table, flags=re.MULTILINE)
+            options = re.findall(r"`(--[a-z-]+)", " ".join(names))
+            self.assertGreater(len(options), 4, page)
+            known = re.findall(r"(?<![\w-])--[a-z-]+", self.help_of(command))
+            self.assertEqual([option for option in options if option not in known], [], f"docs/{page}: options of mpm {command}")
 
 
 if __name__ == "__main__":
