@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from mpmtools.errors import ConfigError, MpmError
 from mpmtools.files import MissingEntry, read_toml, write_text
 from mpmtools.program import run_program, run_with_bar
-from mpmtools.toml_text import toml_text
+from mpmtools.toml_text import toml_text, with_lists
 
 STEP = re.compile(r"([A-Za-z0-9_-]+)(?:\[(\d+)\])?")  # of the name of a key: a table, or an entry of an array of tables
 COST = re.compile(r"^# (particles|occupied cells|wave speed|time step|steps|samples|frames|memory|disk|time)\s+([-+.\de]+)", re.MULTILINE)
@@ -56,7 +56,7 @@ class Case(Mapping):
     """
 
     def __init__(self, tables, folder="."):
-        self.tables, self.folder, self.path = copy.deepcopy(dict(tables)), pathlib.Path(folder), "case"
+        self.tables, self.folder, self.path = with_lists(copy.deepcopy(dict(tables))), pathlib.Path(folder), "case"
 
     @classmethod
     def read(cls, path):
@@ -74,7 +74,7 @@ class Case(Mapping):
     __hash__ = None
 
     def __getitem__(self, key):
-        """The value of a key, or a table. Raises KeyError where the case leaves it out; `check().case` has every default."""
+        """The value of a key, or a table. Raises MissingEntry where the case leaves it out; `check().case` has every default."""
         found = self.tables
         for name, index in _steps(key):
             try:
@@ -105,7 +105,7 @@ class Case(Mapping):
             if value is None:
                 table.pop(last) if isinstance(table, list) else table.pop(last, None)
             else:
-                table[last] = copy.deepcopy(value)
+                table[last] = with_lists(copy.deepcopy(value))
         return case
 
     def text(self, folder=None):

@@ -3,7 +3,7 @@
 import os
 
 from mpmtools.errors import InputError
-from mpmtools.files import read_json
+from mpmtools.files import MissingEntry, read_json
 from mpmtools.program import run_with_bar
 from mpmtools.run import Run
 from mpmtools.tables import read_series
@@ -34,10 +34,10 @@ class GridStudy:
                 for point in self.results["points"]]
 
     def metric(self, name):
-        """What is known about one metric, as a dict. Raises KeyError where it was not studied."""
+        """What is known about one metric, as a dict. Raises MissingEntry where it was not studied."""
         found = {metric["name"]: metric for metric in self.results["metrics"]}
         if name not in found:
-            raise KeyError(f"'{name}' was not studied; there are: {', '.join(found)}")
+            raise MissingEntry(f"'{name}' was not studied; there are: {', '.join(found)}")
         return found[name]
 
 

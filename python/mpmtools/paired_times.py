@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy
 
-from mpmtools.errors import InputError
+from mpmtools.errors import ConfigError, InputError
 
 THRESHOLD = 0.02  # smaller changes are not called: memory layout alone can do that
 CONFIDENCE = 0.99  # of the interval: eight kernels a run, so that a false alarm comes in fewer than one run in ten even without the threshold
@@ -113,7 +113,7 @@ def compare(launches, resamples=2000, seed=1):
     """@param launches  list of arrays of shape (pairs, 2): times of baseline and current"""
     logs = [numpy.log(numpy.asarray(pairs, dtype=float)[:, 1] / numpy.asarray(pairs, dtype=float)[:, 0]) for pairs in launches]
     if len(logs) < 2 or min(len(l) for l in logs) < 2:
-        raise ValueError("at least two launches of two pairs are needed")
+        raise ConfigError(f"{len(logs)} launches, the shortest of {min(map(len, logs), default=0)} pairs: at least two launches of two pairs are needed")
     random = numpy.random.default_rng(seed)
     medians = numpy.empty((len(logs), resamples))  # bootstrapped median of each launch
     for i, log in enumerate(logs):

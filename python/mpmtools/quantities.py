@@ -12,6 +12,8 @@ from difflib import get_close_matches
 
 import numpy as np
 
+from mpmtools.files import MissingEntry
+
 COMPONENT = re.compile(r"(.+)(?:\.([xyz])|\[([012])\])")  # force_mean_n.x; force_mean_n[0] is understood
 
 
@@ -53,7 +55,7 @@ class Quantity:
 
 
 def quantity(results, name):
-    """The Quantity of a name in results.json, or of a component (force_mean_n.x), with its errors. Raises KeyError where there is none."""
+    """The Quantity of a name in results.json, or of a component (force_mean_n.x), with its errors. Raises MissingEntry where there is none."""
     if (found := COMPONENT.fullmatch(name)) and isinstance(results.get(found[1], 0.0), (list, type(None))):
         i = "xyz".index(found[2]) if found[2] else int(found[3])
         whole = quantity(results, found[1])
@@ -61,7 +63,7 @@ def quantity(results, name):
         value, *errors = parts
         return Quantity(f"{found[1]}.{'xyz'[i]}", value, whole.unit, whole.meaning, *errors)
     if name not in results:
-        raise KeyError(f"'{name}' is not among the results: {', '.join(get_close_matches(name, results, 5, 0.55) or results)}")
+        raise MissingEntry(f"'{name}' is not among the results: {', '.join(get_close_matches(name, results, 5, 0.55) or results)}")
     about = known().get(name, {"unit": "", "meaning": ""})
 
     def beside(kind):  # runup_mean_m has runup_standard_error_m beside it; force_mean_n has force_x_numerical_uncertainty_n

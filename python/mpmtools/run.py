@@ -75,7 +75,7 @@ class Run:
 
     def quantity(self, name):
         """An entry of results.json with unit, meaning and errors: print(run.quantity("runup_p99_mean_m")), or "force_mean_n.x" of a vector.
-        KeyError where there is none."""
+        MissingEntry, an InputError and a KeyError, where there is none."""
         return quantities.quantity(self.results, name)
 
     @property

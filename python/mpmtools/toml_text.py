@@ -10,8 +10,18 @@ BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def toml_text(tables):
-    """A dict as TOML. Values are text, numbers, true and false, lists, dicts (tables) and lists of dicts (arrays of tables)."""
+    """A dict as TOML. Values are text, numbers, true and false, lists, dicts (tables) and lists of dicts (arrays of tables); arrays and numbers of
+    numpy are written as lists and numbers."""
     return "\n".join(_lines(tables, ())).strip() + "\n"
+
+
+def with_lists(value):
+    """The value with lists in place of numpy's arrays, also inside dicts and lists, which are changed."""
+    if isinstance(value, (dict, list)):
+        for key, entry in value.items() if isinstance(value, dict) else enumerate(value):
+            value[key] = with_lists(entry)
+        return value
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _lines(table, path):
@@ -47,11 +57,10 @@ def _value(value, path):
         return "{" + ", ".join(f"{_key(key)} = {_value(entry, path)}" for key, entry in value.items()) + "}"
     if isinstance(value, int):
         return str(value)
-    if isinstance(value, float) or hasattr(value, "item"):  # numpy's numbers, too
-        number = value if isinstance(value, float) else value.item()
-        if not isinstance(number, float):
-            return _value(number, path)
-        if math.isfinite(number):
-            return repr(float(number))
-        return "nan" if math.isnan(number) else "inf" if number > 0.0 else "-inf"
+    if isinstance(value, float):
+        if math.isfinite(value):
+            return repr(float(value))
+        return "nan" if math.isnan(value) else "inf" if value > 0.0 else "-inf"
+    if hasattr(value, "tolist"):  # numpy's arrays, and its numbers other than float64
+        return _value(value.tolist(), path)
     raise ConfigError(f"{'.'.join(map(str, path))} = {value!r}: a case holds text, numbers, true and false, lists and tables")

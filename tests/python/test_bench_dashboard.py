@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from mpmtools import paired_times
-from mpmtools.errors import InputError
+from mpmtools.errors import ConfigError, InputError
 from reports import bench_dashboard, change_points, google_benchmark
 
 KERNELS = ["particle_to_grid", "grid_to_particle", "grid_update", "law_elastic", "law_yielding", "law_apexes", "sort", "step"]
@@ -44,6 +44,13 @@ def made_up(planted, seed):
                          c.verdict, 500.0 * (1.04 if place >= at else 1.0), 1.04 if place >= at else 1.0])
     return pd.DataFrame(rows, columns=["date", "commit", "machine", "kernel", "ns_per_particle", "baseline", "ratio", "ratio_low", "ratio_high", "verdict",
                                        "instructions_per_particle", "instruction_ratio"])
+
+
+class PairedTimes(unittest.TestCase):
+    def test_of_too_few_launches_or_pairs_are_refused(self):
+        for launches, message in (([], "^0 launches"), ([[[1.0, 1.1]] * 3], "^1 launches"), ([[[1.0, 1.1]] * 3, [[1.0, 1.1]]], "^2 launches, the shortest of 1 pairs")):
+            with self.assertRaisesRegex(ConfigError, message):
+                paired_times.compare(launches)
 
 
 class Folder(unittest.TestCase):

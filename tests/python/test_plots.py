@@ -12,7 +12,7 @@ from in_folder import sealed_h5
 import numpy as np
 
 from mpmtools import Frame, Run, plots, vtk_arrays, write_vtp
-from mpmtools.errors import InputError
+from mpmtools.errors import InputError, MpmError
 from mpmtools.quantities import known
 from study_samples import SOURCE
 from test_run import CASE, RunFolder
@@ -92,6 +92,8 @@ class Quantities(RunFolder):
             run.quantity("speed")
         with self.assertRaisesRegex(KeyError, r"'runup_mean' is not among the results: runup_mean_m\W*$"):
             run.quantity("runup_mean")
+        with self.assertRaisesRegex(MpmError, "^'speed' is not among the results: runup_mean_m"):
+            run.quantity("speed")
 
     def test_cover_what_runs_write(self):
         self.assertGreater(len(known()), 100)
