@@ -2,6 +2,7 @@
 
 import argparse
 import importlib
+import math
 import os
 import sys
 import traceback
@@ -19,6 +20,22 @@ Exit codes: 0 ok, 2 usage or numbers out of range, 4 a file is missing or damage
 In Python: from mpmtools import Run; Run("out/run").series is a pandas DataFrame."""
 
 FILTER_HELP = "keep rows where this holds, such as cell_size_m=0.25, hardening_xi=0.5,5, froude_number<=3; may be repeated"
+
+
+def number(least=-math.inf, most=math.inf, kind=float):
+    """The type of an option: a finite number between two limits."""
+    limits = f"from {least:g}" * (least > -math.inf) + f" to {most:g}" * (most < math.inf)
+
+    def read(text):
+        try:
+            value = kind(text)
+        except ValueError:
+            value = math.nan
+        if not least <= value <= most or abs(value) == math.inf:
+            raise argparse.ArgumentTypeError(f"'{text}': give a {'whole ' if kind is int else ''}number {limits}".rstrip())
+        return value
+
+    return read
 
 
 def parser():
@@ -49,7 +66,7 @@ def parser():
 
     render = command("render", "3D picture of one frame of a run, rendered by ParaView without a screen", "figures.view_3d")
     render.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
-    render.add_argument("--time", type=float, metavar="T", help="s; the nearest frame is taken (default: the last)")
+    render.add_argument("--time", type=number(), metavar="T", help="s; the nearest frame is taken (default: the last)")
     render.add_argument("--field", choices=["density", "pressure", "stress_xx", "velocity"], default="stress_xx",
                         help="what the colours show (default: %(default)s)")
     render.add_argument("--out", metavar="FILE.png", help="picture to write (default: DIR/post/view_3d.png)")
@@ -59,17 +76,17 @@ def parser():
                    "figures.view_page")
     view.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
     view.add_argument("--out", metavar="FILE.html", help="page to write (default: DIR/post/view.html)")
-    view.add_argument("--particles", type=int, default=6_000_000, metavar="N",
+    view.add_argument("--particles", type=number(1000, kind=int), default=6_000_000, metavar="N",
                       help="in all frames together; a run with more is thinned (default: %(default)s)")
 
     film = command("film", "the snow of a run as a surface: a film of its frames, or a picture of one", "figures.film")
     film.add_argument("directory", metavar="DIR", help="result folder of `mpm run`, with frames")
-    film.add_argument("--time", type=float, metavar="T", help="s; a picture of the nearest frame in place of a film")
+    film.add_argument("--time", type=number(), metavar="T", help="s; a picture of the nearest frame in place of a film")
     film.add_argument("--field", choices=["snow", "speed", "pressure"], default="snow", help="what the colours show (default: %(default)s, white)")
     film.add_argument("--out", metavar="FILE", help="film (.mp4, .webm) or picture (.png) to write (default: DIR/post/film.mp4, snow.png)")
     film.add_argument("--size", default="960x600", metavar="WIDTHxHEIGHT", help="pixels, even (default: %(default)s)")
-    film.add_argument("--slow", type=float, default=1.0, metavar="S", help="frames a second over those of real time (default: %(default)s)")
-    film.add_argument("--kilobits", type=int, default=1200, metavar="N", help="a second of the film (default: %(default)s)")
+    film.add_argument("--slow", type=number(0.001, 1000.0), default=1.0, metavar="S", help="frames a second over those of real time (default: %(default)s)")
+    film.add_argument("--kilobits", type=number(1, 1_000_000, int), default=1200, metavar="N", help="a second of the film (default: %(default)s)")
 
     design = command("design", "the page, the JSON and the tables of a design, from the finished runs of `mpm design`", "design.page")
     design.add_argument("directory", metavar="DIR", help="folder of `mpm design`")
@@ -78,10 +95,10 @@ def parser():
     scale.add_argument("directory", metavar="DIR", help="result folder of such a run (it holds ranks.json)")
     scale.add_argument("--particles", default="1e8,1e9", metavar="N,N,...", help="default: %(default)s")
     scale.add_argument("--ranks", default="64,256,1024,4096", metavar="P,P,...", help="default: %(default)s")
-    scale.add_argument("--speed", type=float, default=12.0, metavar="M",
+    scale.add_argument("--speed", type=number(1e-6), default=12.0, metavar="M",
                        help="million particle-steps a second of one rank (default: %(default)s, one core)")
-    scale.add_argument("--latency-us", type=float, default=2.0, metavar="T", help="of a message (default: %(default)s)")
-    scale.add_argument("--bandwidth-gb-s", type=float, default=1.0, metavar="B",
+    scale.add_argument("--latency-us", type=number(0.0), default=2.0, metavar="T", help="of a message (default: %(default)s)")
+    scale.add_argument("--bandwidth-gb-s", type=number(1e-6), default=1.0, metavar="B",
                        help="of the network for each rank: that of a node over its ranks (default: %(default)s)")
 
     imported = command("import-avaframe", "a case and a site from an avalanche of AvaFrame's com1DFA at one point", "avaframe.case_files")

@@ -116,9 +116,9 @@ def run_command(options):
     def numbers(text, kind, lowest):
         try:
             values = [kind(float(part)) for part in text.split(",")]
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             raise ConfigError(f"'{text}' is not a list of numbers") from error
-        if any(v < lowest for v in values):
+        if not all(lowest <= v < math.inf for v in values):
             raise ConfigError(f"'{text}': {lowest} is the least that makes sense")
         return values
 

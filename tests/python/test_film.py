@@ -241,7 +241,9 @@ class Pictures(InFolder):
         code, out, _ = self.command("film", self.folder / "run", "--time", 0.4, "--field", "speed", "--size", "160x100")
         self.assertEqual(code, 0)
         self.assertTrue((self.folder / "run" / "post" / "snow.png").read_bytes().startswith(b"\x89PNG"))
-        for wrong, message in ((["--size", "161x100"], "even numbers"), (["--out", "a.gif"], "end with .mp4 or .webm"), (["--time", "0", "--out", "a.mp4"], "end with .png")):
+        for wrong, message in ((["--size", "161x100"], "even numbers"), (["--out", "a.gif"], "end with .mp4 or .webm"), (["--time", "0", "--out", "a.mp4"], "end with .png"),
+                               (["--time", "nan"], "'nan': give a number"), (["--time", "inf"], "'inf': give a number"), (["--slow", "0"], "from 0.001 to 1000"),
+                               (["--slow", "nan"], "from 0.001"), (["--kilobits", "0"], "give a whole number from 1 to"), (["--size", "8x8"], "from 16 to 8192 pixels")):
             code, _, err = self.command("film", self.folder / "run", *wrong)
             self.assertEqual(code, 2)
             self.assertIn(message, err)
@@ -253,3 +255,15 @@ class Pictures(InFolder):
         if shutil.which("ffmpeg"):
             self.assertEqual(self.command("film", self.folder / "run", "--size", "160x100", "--out", self.folder / "film.webm")[0], 0)
             self.assertGreater((self.folder / "film.webm").stat().st_size, 500)
+
+    @needs_program
+    def test_of_one_frame_are_no_film(self):
+        small = {"numerics.cell_size_m": 0.875, "conveyor.width_m": 8.75, "output.duration_s": 0.1, "output.frames_per_second": 0.5}
+        run = Case.read(SOURCE / "examples" / "avalanche_fr3.toml").changed(small).run(self.folder / "run", threads=1, progress=False)
+        self.assertEqual(len(run.frames), 1)
+        with unittest.mock.patch("shutil.which", return_value="ffmpeg"):
+            code, _, err = self.command("film", self.folder / "run", "--size", "160x100")
+        self.assertEqual(code, 4)
+        self.assertIn("there is one frame, and a film needs two; take its picture with --time 0,", err)
+        self.assertFalse((self.folder / "run" / "post").exists())
+        self.assertEqual(self.command("film", self.folder / "run", "--size", "160x100", "--time", "0")[0], 0)

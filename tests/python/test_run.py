@@ -261,7 +261,12 @@ class Pictures(RunFolder):
 
     def test_say_what_is_wrong(self):
         self.assertEqual(self.command("plot", self.folder / "none")[0], 4)
-        self.assertEqual(self.command("plot", self.folder, "--times", "a,b")[0], 2)
+        for times in ("a,b", "1,nan", "inf"):
+            self.assertEqual(self.command("plot", self.folder, "--times", times)[0], 2, times)
+        for size in ("wide", "0x100", "100x9000"):
+            code, _, err = self.command("render", self.folder, "--size", size)
+            self.assertEqual(code, 2, err)
+            self.assertIn("pixels are needed", err)
         self.write("results.json", "{")
         self.assertEqual(self.command("plot", self.folder)[0], 4)
         self.assertEqual(self.command("render", self.folder)[0], 4)  # no frames.xdmf

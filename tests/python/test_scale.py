@@ -68,3 +68,10 @@ class Scale(InFolder):
                 scale.read_counts(self.counts(ranks))
         with self.assertRaises(MpmError):
             scale.read_counts(os.path.join(self.folder, "nowhere"))
+
+    def test_numbers_that_are_none_are_refused(self):
+        folder = self.counts([RANK, RANK])
+        for option, value in (("--particles", "nan"), ("--particles", "inf"), ("--ranks", "inf"), ("--ranks", "0"), ("--speed", "nan"), ("--speed", "0"),
+                              ("--latency-us", "-1"), ("--bandwidth-gb-s", "0"), ("--bandwidth-gb-s", "fast")):
+            code, _, err = self.command("scale", folder, option, value)
+            self.assertEqual(code, 2, (option, value, err))

@@ -81,9 +81,12 @@ def run_command(options):
     if not run.frames:
         raise InputError(f"{options.directory}: there are no frames; let the run write some ([output] frames_per_second)")
     size = picture_size(options.size)
-    if any(n % 2 or not 16 <= n <= 8192 for n in size):
-        raise ConfigError(f"--size {options.size}: even numbers of pixels from 16 to 8192 are needed")
+    if any(n % 2 for n in size):
+        raise ConfigError(f"--size {options.size}: even numbers of pixels are needed, such as 960x600")
     single = options.time is not None
+    if not single and len(run.frames) < 2:
+        raise InputError(f"{options.directory}: there is one frame, and a film needs two; take its picture with --time {run.frames[0].time:g}, or let the run "
+                         "write more ([output] frames_per_second)")
     path = options.out or os.path.join(options.directory, "post", "snow.png" if single else "film.mp4")
     require_ending(path, *([".png"] if single else CODECS))
     if not single and not shutil.which("ffmpeg"):

@@ -175,6 +175,8 @@ def _draw_profile_beside(axes, run, section, with_legend):
 def run_command(options):
     try:
         times = [float(t) for t in options.times.split(",")] if options.times else []
+        if not np.isfinite(times).all():
+            raise ValueError
     except ValueError:
         raise ConfigError(f"--times {options.times}: numbers separated by commas are needed, such as 0.2,3,6") from None
     for name, (path, reason) in draw_run(options.directory, options.out, times, options.format).items():

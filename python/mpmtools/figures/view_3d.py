@@ -63,6 +63,8 @@ def picture_size(text):
         width, height = (int(n) for n in text.split("x"))
     except ValueError:
         raise ConfigError(f"--size {text}: pixels are needed, such as 1600x1000") from None
+    if not (16 <= width <= 8192 and 16 <= height <= 8192):
+        raise ConfigError(f"--size {text}: from 16 to 8192 pixels are needed, such as 1600x1000")
     return width, height
 
 
@@ -198,6 +200,7 @@ def run_on_virtual_display():
 
 
 def run_command(options):
+    picture_size(options.size)
     if not os.path.exists(os.path.join(options.directory, "frames.xdmf")):
         raise InputError(f"{options.directory}: there is no frames.xdmf; give the result folder of `mpm run` with frames")
     try:

@@ -12,7 +12,7 @@ import pathlib
 import jinja2
 import numpy as np
 
-from mpmtools.errors import ConfigError, InputError
+from mpmtools.errors import InputError
 from mpmtools.figures.colours import STRESS_COLOURS, colour_range
 from mpmtools.files import require_ending, write_text
 from mpmtools.run import Run
@@ -109,8 +109,6 @@ def write_view(folder, out=None, largest=LARGEST):
 
 
 def run_command(options):
-    if options.particles < 1000:
-        raise ConfigError(f"--particles {options.particles}: at least 1000 are needed to see anything")
     if options.out:
         require_ending(options.out, ".html")
     print(write_view(options.directory, options.out, options.particles))
