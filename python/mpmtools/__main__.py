@@ -4,6 +4,7 @@ import argparse
 import importlib
 import math
 import os
+import re
 import sys
 import traceback
 
@@ -103,7 +104,7 @@ def parser():
 
     imported = command("import-avaframe", "a case and a site from an avalanche of AvaFrame's com1DFA at one point", "avaframe.case_files")
     imported.add_argument("directory", metavar="DIR", help="folder of the avalanche (with Inputs and Outputs), or of its rasters")
-    imported.add_argument("--at", required=True, metavar="X,Y", help="the mast, in the coordinates of the rasters, m")
+    imported.add_argument("--at", required=True, metavar="X,Y", help="the mast, in the coordinates of the rasters, m; may be negative: --at -100,50")
     imported.add_argument("--mast-width", type=float, default=1.0, metavar="W", help="m (default: %(default)s)")
     imported.add_argument("--density", type=float, default=200.0, metavar="RHO",
                           help="kg/m^3 (default: %(default)s, that of com1DFA's standard set-up)")
@@ -128,8 +129,19 @@ def _unexpected(options, error):
             "MPMTOOLS_TRACEBACK=1 shows where")
 
 
+def with_negative_values(words):
+    """The words of a command line with each option and a value that begins with a minus as one word, as argparse wants it: --at=-100,50."""
+    joined = []
+    for word in words:
+        if joined and re.fullmatch(r"--[a-z][a-z-]*", joined[-1]) and re.match(r"-\.?\d", word):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
 def main(arguments=None):
-    options = parser().parse_args(arguments)
+    options = parser().parse_args(with_negative_values(sys.argv[1:] if arguments is None else arguments))
     try:
         code = importlib.import_module(f"mpmtools.{options.module}").run_command(options) or 0
         if sys.stdout is not None:  # None: it is closed

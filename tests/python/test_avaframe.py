@@ -204,6 +204,14 @@ class Avalanche(InFolder):
         self.convert(x=1100.123, y=2050.456)
         self.assertIn("at 1100.123,2050.456", (self.folder / "case" / "site.toml").read_text())
 
+    def test_takes_negative_coordinates(self):
+        for path in (*self.folder.rglob("*.asc"),):
+            path.write_text(path.read_text().replace(f"xllcenter {X0}", "xllcenter -100100").replace(f"yllcenter {Y0}", "yllcenter -52000"))
+        for number, at in enumerate((["--at", "-100000,-51950"], ["--at=-100000,-51950"])):
+            with contextlib.redirect_stdout(io.StringIO()):
+                self.assertEqual(main(["import-avaframe", str(self.folder), *at, "--out", str(self.folder / f"case{number}")]), 0)
+            self.assertIn("at -100000,-51950", (self.folder / f"case{number}" / "site.toml").read_text())
+
     def test_refuses_points_outside_and_beside_the_flow(self):
         with self.assertRaisesRegex(ConfigError, "outside .*covers x from 1000 to 1200"):
             self.convert(x=47.1)

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import unittest
 
+from mpmtools.__main__ import parser, with_negative_values
 from mpmtools.tables import read_series
 from study_samples import SOURCE, TRUTH, InFolder, synthetic_table
 
@@ -81,6 +82,14 @@ class Fit(InFolder):
 
 
 class Module(unittest.TestCase):
+    def test_takes_values_that_begin_with_a_minus(self):
+        read = [parser().parse_args(with_negative_values(["import-avaframe", "d", *at, "--force"])) for at in (["--at", "-100000,-51950"], ["--at=-100000,-51950"])]
+        self.assertEqual([(options.at, options.force) for options in read], [("-100000,-51950", True)] * 2)
+        self.assertEqual(parser().parse_args(with_negative_values(["film", "d", "--time", "-1e-3"])).time, -0.001)
+        self.assertEqual(parser().parse_args(with_negative_values(["plot", "d", "--times", "-.5,2"])).times, "-.5,2")
+        for words in (["fit", "t.csv", "--filter", "-x"], ["--help"], ["plot", "d", "--out", "--times", "1"], ["plot", "--", "-1"]):
+            self.assertEqual(with_negative_values(words), words)
+
     def test_help_names_every_command(self):
         environment = {**os.environ, "PYTHONPATH": str(SOURCE / "python")}
         out = subprocess.run([sys.executable, "-m", "mpmtools", "--help"], env=environment, check=True, capture_output=True, text=True).stdout

@@ -263,7 +263,7 @@ class Pictures(RunFolder):
         self.assertEqual(self.command("plot", self.folder / "none")[0], 4)
         for times in ("a,b", "1,nan", "inf"):
             self.assertEqual(self.command("plot", self.folder, "--times", times)[0], 2, times)
-        for size in ("wide", "0x100", "100x9000"):
+        for size in ("wide", "0x100", "100x9000", "-64x64"):
             code, _, err = self.command("render", self.folder, "--size", size)
             self.assertEqual(code, 2, err)
             self.assertIn("pixels are needed", err)
