@@ -128,6 +128,13 @@ class Avalanche(InFolder):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn('raster = "ncols', done.stdout)
 
+    @needs_program
+    def test_covers_the_belt_of_narrow_and_wide_masts_with_terrain(self):
+        for width in (0.3, 0.7, 1.0, 3.0):  # under a flow of 2 m
+            self.convert(width=width, terrain=True)
+            done = subprocess.run([os.environ["MPM"], "check", self.folder / "case" / "case.toml"], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_interpolates_between_cell_centres_with_north_up(self):
         self.raster(self.folder / "plane.asc", self.x + 2 * self.y)
         raster = read_raster(str(self.folder / "plane.asc"))

@@ -16,7 +16,6 @@ from mpmtools.errors import ConfigError
 from mpmtools.files import require_no_files, write_text
 
 UNEVEN = 0.1  # flow depths: a case gets the terrain where the ground differs by more from a plane (assumed)
-BELT = 9.0  # mast widths: belt of case.toml.j2, 6 + 3 log10(hardening_xi / 0.05)
 OBLIQUE = 10.0  # degrees: a fall across the flow, or a rise along it, beyond is stated
 
 
@@ -32,8 +31,9 @@ class Setup(NamedTuple):
 def setup(width, depth):
     """@param depth  largest, m"""
     cell = min(width, depth) / 5.0
-    reach = width * math.ceil(max(width, math.sqrt(width * depth)) / width)
-    upstream, downstream, half = 4 * reach, width + reach, 0.5 * BELT * width
+    size = max(width, math.sqrt(width * depth))
+    reach = width * math.ceil(size / width)
+    upstream, downstream, half = 4 * reach, width + reach, 0.5 * max(8.0 * width, 6.0 * size)  # the belt of a case that does not give its width
     return Setup(cell, upstream, downstream, ground.Window((-upstream, -half), (downstream, half)))
 
 
