@@ -9,11 +9,13 @@ import os
 import subprocess
 import tomllib
 import unittest
+import unittest.mock
 
 import numpy as np
 
 from mpmtools import Case, avaframe, plots
 from mpmtools.__main__ import main
+from mpmtools.avaframe.case_files import DENSITIES, WIDTHS
 from mpmtools.avaframe.projection import check_metres, same
 from mpmtools.avaframe.rasters import read_elevation, read_raster
 from mpmtools.errors import ConfigError, InputError
@@ -48,7 +50,7 @@ class Avalanche(InFolder):
 
     def convert(self, **changes):
         arguments = {"folder": str(self.folder), "x": 1100.0, "y": 2050.0, "width": 1.0, "out": str(self.folder / "case"), **changes}
-        return avaframe.import_avalanche(**arguments)
+        return avaframe.import_avalanche(**arguments)[0]
 
     def test_overwrites_nothing_without_force(self):
         (self.folder / "case").mkdir()
@@ -134,6 +136,34 @@ class Avalanche(InFolder):
             self.convert(width=width, terrain=True)
             done = subprocess.run([os.environ["MPM"], "check", self.folder / "case" / "case.toml"], capture_output=True, text=True, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_refuses_densities_and_widths_that_no_site_has(self):
+        for option, value, message in (("--density", "5", "--density 5: give a number from 10 to 1000 kg/m^3"), ("--density", "nan", "--density nan"),
+                                       ("--density", "1001", "--density 1001"), ("--mast-width", "0.04", "--mast-width 0.04: give a number from 0.05 to 100 m"),
+                                       ("--mast-width", "inf", "--mast-width inf"), ("--mast-width", "nan", "--mast-width nan")):
+            code, _, err = self.command("import-avaframe", self.folder, "--at", "1100,2050", option, value, "--out", self.folder / "case")
+            self.assertEqual(code, 2)
+            self.assertIn(message, err)
+            self.assertFalse((self.folder / "case").exists())
+
+    @needs_program
+    def test_knows_the_ranges_of_a_site(self):
+        tables = json.loads(subprocess.run([os.environ["MPM"], "schema", "--site", "--json"], capture_output=True, text=True, check=True).stdout)["tables"]
+        ranges = {key["name"]: (key["range"]["low"], key["range"]["high"]) for table in tables if table["name"] in ("flow", "mast") for key in table["keys"] if "range" in key}
+        self.assertEqual((ranges["density_kg_m3"], ranges["width_m"]), (DENSITIES, WIDTHS))
+
+    @needs_program
+    def test_reports_what_the_program_refuses(self):
+        code, out, err = self.command("import-avaframe", self.folder, "--at", "1100,2050", "--mast-width", "0.05", "--out", self.folder / "case")
+        self.assertEqual(code, 2)
+        self.assertIn("depth up to 2 m", out)
+        self.assertRegex(err, r"site.toml is written, but the program refuses it: .*\[mast\] width_m = 0.05 m is 0.025 times the depth of the flow")
+
+    def test_says_where_nothing_could_be_checked(self):
+        with unittest.mock.patch("mpmtools.avaframe.case_files.find_program", side_effect=InputError("the program 'mpm' is not found")):
+            code, out, _ = self.command("import-avaframe", self.folder, "--at", "1100,2050", "--mast-width", "0.05", "--out", self.folder / "case")
+        self.assertEqual(code, 0)
+        self.assertIn("the files were not checked: the program 'mpm' is not found", out)
 
     def test_interpolates_between_cell_centres_with_north_up(self):
         self.raster(self.folder / "plane.asc", self.x + 2 * self.y)
@@ -476,7 +506,7 @@ class Scene(InFolder):
         worst = 0.0
         for px, py in points:
             out = self.folder / "case"
-            lines = avaframe.import_avalanche(str(self.folder), px, py, 1.5, str(out))
+            lines, _ = avaframe.import_avalanche(str(self.folder), px, py, 1.5, str(out))
             found = float(next(line for line in lines if line.startswith("the flow goes")).split()[4])
             worst = max(worst, abs(math.degrees(np.angle(np.exp(1j * (math.radians(found) - direction(px, py)))))))
             done = subprocess.run([os.environ["MPM"], "check", out / "case.toml"], capture_output=True, text=True, check=False)

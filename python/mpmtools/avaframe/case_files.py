@@ -12,10 +12,12 @@ from mpmtools.avaframe.projection import check_same
 from mpmtools.avaframe.rasters import place, read_elevation
 from mpmtools.avaframe.results import EXPORT, find_dem, simulation_files
 from mpmtools.equations import STANDARD_GRAVITY
-from mpmtools.errors import ConfigError
+from mpmtools.errors import ConfigError, InputError, MpmError
 from mpmtools.files import require_no_files, write_text
+from mpmtools.program import find_program, run_program
 
 UNEVEN = 0.1  # flow depths: a case gets the terrain where the ground differs by more from a plane (assumed)
+DENSITIES, WIDTHS = (10.0, 1000.0), (0.05, 100.0)  # kg/m^3, m: the ranges of a site file
 OBLIQUE = 10.0  # degrees: a fall across the flow, or a rise along it, beyond is stated
 
 
@@ -83,10 +85,14 @@ def write_filled(template, path, **values):
 
 
 def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, density=200.0, terrain=None):
-    """Writes site.toml and, from results at time steps, case.toml, inflow.csv and, on uneven ground, terrain.asc. @return lines for the user
+    """Writes site.toml and, from results at time steps, case.toml, inflow.csv and, on uneven ground, terrain.asc. @return (lines for the user,
+    [path of the case, if there is one, and of the site])
 
     terrain  whether the case gets the terrain; None: where the ground differs from a plane by more than UNEVEN
     """
+    for option, value, unit, (least, most) in (("--mast-width", width, "m", WIDTHS), ("--density", density, "kg/m^3", DENSITIES)):
+        if not least <= value <= most:
+            raise ConfigError(f"{option} {value:g}: give a number from {least:g} to {most:g} {unit}")
     name, steps, peak = simulation_files(folder, simulation)
     elevation, lines = read_elevation(dem or find_dem(folder))
     fall = ground.local_fall(elevation, x, y)
@@ -127,7 +133,21 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
     write_filled("site.toml.j2", site, title=title, moment=moment, depth=flow.depth[row], speed=flow.speed[row], density=density, slope=slope,
                  width=width)
     lines.append(f"wrote {site}; choose the kind of snow in it, then: mpm design {site} --quick --out {os.path.join(out, 'design')}")
-    return lines
+    return lines, [site] if peaks_only else [case, site]
+
+
+def check_files(paths):
+    """ConfigError if the program refuses a case or a site that was written; without the program a line says that nothing was checked."""
+    try:
+        find_program()
+    except InputError as error:
+        print(f"the files were not checked: {error}")
+        return
+    for path in paths:
+        try:
+            run_program(*(("check",) if path.endswith("case.toml") else ("design", "--quick", "--plan")), path)
+        except MpmError as error:
+            raise ConfigError(f"{path} is written, but the program refuses it: {error}") from None
 
 
 def run_command(options):
@@ -135,9 +155,8 @@ def run_command(options):
         x, y = (float(part) for part in options.at.split(","))
     except ValueError:
         raise ConfigError(f"--at {options.at}: give two coordinates, X,Y") from None
-    if not 0.05 <= options.mast_width <= 100.0:
-        raise ConfigError(f"--mast-width {options.mast_width:g}: give metres from 0.05 to 100")
     if not options.force:
         require_no_files(options.out, ("inflow.csv", "case.toml", "site.toml", "terrain.asc"))
-    print("\n".join(import_avalanche(options.directory, x, y, options.mast_width, options.out, options.simulation, options.dem, options.density,
-                                     options.terrain)))
+    lines, paths = import_avalanche(options.directory, x, y, options.mast_width, options.out, options.simulation, options.dem, options.density, options.terrain)
+    print("\n".join(lines), flush=True)
+    check_files(paths)
