@@ -269,6 +269,61 @@ class Avalanche(InFolder):
         with self.assertRaisesRegex(InputError, "values, 21 x 41 are needed"):
             self.convert()
 
+    def without(self, *names):
+        for name in names:
+            (self.steps / f"rel1_null_dfa_{name}.asc").unlink()
+
+    def test_refuses_a_time_step_between_others_that_lacks_a_file(self):
+        self.without("FV_t7.00")  # the strongest
+        with self.assertRaisesRegex(InputError, "timeSteps: the time step at 7 s has no rel1_null_dfa_FV_t7.00.asc, and others before and behind it are complete"):
+            self.convert()
+        self.assertFalse((self.folder / "case").exists())
+        self.raster(self.steps / "rel1_null_dfa_Vx_t7.00.asc", 20.0 + 0 * self.x)
+        with self.assertRaisesRegex(InputError, "has no rel1_null_dfa_Vy_t7.00.asc"):
+            self.convert()
+        self.raster(self.steps / "rel1_null_dfa_Vy_t7.00.asc", 0 * self.x)
+        self.assertRegex("\n".join(self.convert()), "15 of 16 time steps have no Vx and Vy, the first at 0 s: the direction is found without them")
+        self.without("FT_t7.00")
+        with self.assertRaisesRegex(InputError, "has no rel1_null_dfa_FT_t7.00.asc"):
+            self.convert()
+
+    def test_refuses_an_outer_time_step_that_lacks_a_file_where_the_flow_is_strongest(self):
+        self.without(*(f"{quantity}_t{time}.00" for quantity in ("FT", "FV") for time in range(8, 16)), "FV_t7.00")
+        with self.assertRaisesRegex(InputError, "at 7 s has no rel1_null_dfa_FV_t7.00.asc, and there the flow at 1100,2050 is deeper, 2 m, than at all complete time steps, 1 m"):
+            self.convert()
+        self.without("FT_t7.00")
+        self.raster(self.steps / "rel1_null_dfa_FV_t7.00.asc", 30.0 + 0 * self.x)
+        with self.assertRaisesRegex(InputError, "at 7 s has no rel1_null_dfa_FT_t7.00.asc, and there the flow at 1100,2050 is faster, 30 m/s"):
+            self.convert()
+
+    def test_warns_of_outer_time_steps_that_lack_a_file(self):
+        whole = self.convert()
+        self.without("FV_t15.00")
+        lines = self.convert()
+        self.assertIn("warning: the time step at 15 s is left out: there is no rel1_null_dfa_FV_t15.00.asc", lines)
+        self.without("FT_t0.00")
+        lines = self.convert()
+        self.assertIn("warning: 2 time steps are left out: there is no rel1_null_dfa_FT_t0.00.asc, ...", lines)
+        self.assertEqual([line for line in lines if "left out" not in line], [line.replace("16 time", "14 time") for line in whole])
+        self.raster(self.steps.parent / "rel1_null_dfa_pft.asc", 2.0 + 0 * self.x)
+        self.raster(self.steps.parent / "rel1_null_dfa_pfv.asc", 20.0 + 0 * self.x)
+        for path in self.steps.glob("*_FV_*"):
+            path.unlink()
+        self.assertRegex("\n".join(self.convert()), "no case, since peak values(.|\n)*wrote")
+        self.assertRegex("\n".join(self.convert()), "15 time steps are left out: there is no rel1_null_dfa_FV_t1.00.asc, ...")
+
+    def test_refuses_two_files_of_one_quantity_at_one_time(self):
+        for other, what in (("FT_t7.00.tif", "the thickness"), ("FD_t7.00.asc", "the thickness"), ("FV_t7.0.asc", "the speed"), ("FV_t7.00.TIFF", "the speed")):
+            path = self.steps / f"rel1_null_dfa_{other}"
+            path.write_text("")
+            with self.assertRaisesRegex(InputError, f"rel1_null_dfa_F[TVD]_t7.* and rel1_null_dfa_F[TV]_t7.* both hold {what} of the same time; move one"):
+                self.convert()
+            path.unlink()
+        self.peaks()
+        (self.steps.parent / "rel1_null_dfa_pft.tif").write_text("")
+        with self.assertRaisesRegex(InputError, "pft.asc and rel1_null_dfa_pft.tif both hold the thickness"):
+            self.convert()
+
     def test_asks_for_the_simulation_where_there_are_two(self):
         self.raster(self.steps / "other_FT_t0.00.asc", 0 * self.x)
         with self.assertRaisesRegex(ConfigError, "2 simulations.*--simulation"):
@@ -522,7 +577,7 @@ class Scene(InFolder):
         from mpmtools.avaframe import flow, ground, results
         from mpmtools.avaframe.case_files import setup
 
-        _, steps, _ = results.simulation_files(str(self.folder))
+        _, steps, _, _ = results.simulation_files(str(self.folder))
         whole, _ = flow.flow_at(steps, px, py, dem)
         angle = flow.direction_of(whole, flow.passage(whole, 0.3), px, py).angle
         plane = ground.plane_at(dem, px, py, angle, setup(1.5, whole.depth.max()).window)

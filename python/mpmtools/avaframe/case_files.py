@@ -7,7 +7,7 @@ from typing import NamedTuple
 import jinja2
 
 from mpmtools.avaframe import flow as flows, ground
-from mpmtools.avaframe.flow import LEAST_DEPTH, degrees_text, flow_at, passage, strongest
+from mpmtools.avaframe.flow import LEAST_DEPTH, degrees_text, flow_at, passage, remarks_on, strongest
 from mpmtools.avaframe.projection import check_same
 from mpmtools.avaframe.rasters import place, read_elevation
 from mpmtools.avaframe.results import EXPORT, find_dem, simulation_files
@@ -93,12 +93,13 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
     for option, value, unit, (least, most) in (("--mast-width", width, "m", WIDTHS), ("--density", density, "kg/m^3", DENSITIES)):
         if not least <= value <= most:
             raise ConfigError(f"{option} {value:g}: give a number from {least:g} to {most:g} {unit}")
-    name, steps, peak = simulation_files(folder, simulation)
+    name, steps, peak, incomplete = simulation_files(folder, simulation)
     elevation, lines = read_elevation(dem or find_dem(folder))
     fall = ground.local_fall(elevation, x, y)
     whole, grids = flow_at(steps if len(steps) > 1 else {0.0: peak}, x, y, elevation)
     lines += check_same([elevation.grid, *grids])
     peaks_only = len(steps) < 2
+    lines += remarks_on(steps, incomplete, whole, x, y)
     rows = passage(whole, LEAST_DEPTH if peaks_only else max(LEAST_DEPTH, min(width, whole.depth.max()) / 5.0))
     flow = whole.part(rows)
     times, row, sizes = flow.times - flow.times[0], strongest(flow), setup(width, whole.depth.max())

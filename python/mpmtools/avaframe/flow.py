@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import label
 
 from mpmtools.avaframe.rasters import Raster, place, read_raster
-from mpmtools.avaframe.results import EXPORT
+from mpmtools.avaframe.results import EXPORT, missing_files
 from mpmtools.errors import ConfigError, InputError
 
 LEAST_DEPTH = 0.1  # m: below, the flow is not an avalanche that a grid can resolve (assumed)
@@ -60,13 +60,13 @@ def speed_raster(rasters, dem):
 def flow_at(steps, x, y, dem):
     """(Flow at a point, grids of all rasters that were read). Where there is no data the depth is 0."""
     rows, surroundings, grids = [], [], []
+    known = has_directions(steps)
     for files in steps.values():
         rasters = {quantity: read_raster(path) for quantity, path in files.items()}
         at = {quantity: np.nan_to_num(raster.at(x, y)) for quantity, raster in rasters.items()}
         near = {quantity: raster.around(x, y, REACH) for quantity, raster in rasters.items()}
         grids += [raster.grid for raster in rasters.values()]
         speed = speed_raster(near, dem)
-        known = "vx" in at and "vy" in at
         rows.append((max(at["depth"], 0.0), np.nan_to_num(speed.at(x, y)), math.atan2(at["vy"], at["vx"]) if known else math.nan))
         surroundings.append(None if known else (near["depth"], speed))
     depth, speed, directions = np.array(rows).T
@@ -74,6 +74,33 @@ def flow_at(steps, x, y, dem):
         if values.max() > most:
             raise InputError(f"the flow's {what} at {place(x, y)} reaches {values.max():g}, more than {most:g} {unit}; check the unit of the rasters")
     return Flow(np.array(list(steps)), depth, speed, directions, surroundings), grids
+
+
+def has_directions(steps):
+    """Whether all time steps hold the components of the velocity."""
+    return all({"vx", "vy"} <= set(files) for files in steps.values())
+
+
+def remarks_on(steps, incomplete, flow, x, y):
+    """Lines for the user about time steps of whose files some are missing.
+
+    @param incomplete  those that lack depth or speed. @throws InputError where such a step is the deepest or the fastest of all at the point
+    """
+    for time, files in incomplete.items() if len(steps) > 1 else ():  # else the peaks count
+        for quantity, values, what, unit in (("depth", flow.depth, "deeper", "m"), ("speed", flow.speed, "faster", "m/s")):
+            if quantity in files and (value := read_raster(files[quantity]).at(x, y)) > values.max():
+                raise InputError(f"the time step at {time:g} s has no {missing_files(files)}, and there the flow at {place(x, y)} is {what}, {value:.3g} {unit}, than at "
+                                 f"all complete time steps, {values.max():.3g} {unit}; put the file beside {files[quantity]}, or {EXPORT}")
+    lines = []
+    if incomplete:
+        first, files = next(iter(incomplete.items()))
+        which = f"the time step at {first:g} s is" if len(incomplete) == 1 else f"{len(incomplete)} time steps are"
+        lines.append(f"warning: {which} left out: there is no {missing_files(files)}" + ", ..." * (len(incomplete) > 1))
+    some = [time for time, files in steps.items() if {"vx", "vy"} <= set(files)]
+    if some and not has_directions(steps):
+        lacking = next(time for time in steps if time not in some)
+        lines.append(f"warning: {len(steps) - len(some)} of {len(steps)} time steps have no Vx and Vy, the first at {lacking:g} s: the direction is found without them")
+    return lines
 
 
 def strongest(flow):

@@ -17,15 +17,25 @@ EXPORT = "in com1DFACfg.ini, [GENERAL], set resType = ppr|pft|pfv|FT|FV|Vx|Vy|Vz
 
 
 def files_of(folder, pattern):
-    """{simulation: {time: {quantity: path}}}; time 0 where the pattern has none."""
+    """{simulation: {time: {quantity: [path, ...]}}}; time 0 where the pattern has none."""
     found = {}
     for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
         if match := pattern.match(name):
             entry = match.groupdict()
             steps = found.setdefault(entry["simulation"], {})
             quantity = entry["quantity"].lower()
-            steps.setdefault(float(entry.get("time") or 0.0), {})[NAMES.get(quantity, quantity)] = os.path.join(folder, name)
+            files = steps.setdefault(float(entry.get("time") or 0.0), {})
+            files.setdefault(NAMES.get(quantity, quantity), []).append(os.path.join(folder, name))
     return found
+
+
+def one_each(files):
+    """{quantity: path}. @throws InputError where two files hold the same quantity of one time"""
+    for quantity, paths in files.items():
+        if len(paths) > 1:
+            what = {"depth": "the thickness", "speed": "the speed"}.get(quantity, quantity.capitalize())
+            raise InputError(f"{paths[0]} and {os.path.basename(paths[1])} both hold {what} of the same time; move one of them to another folder")
+    return {quantity: path for quantity, (path,) in files.items()}
 
 
 def has_flow(files):
@@ -33,8 +43,19 @@ def has_flow(files):
     return "depth" in files and ("speed" in files or {"vx", "vy"} <= set(files))
 
 
+def missing_files(files):
+    """Names of the files that a time step without depth or without speed lacks."""
+    name = os.path.basename(next(iter(files.values())))
+    start, end = STEP.match(name).span("quantity")
+    lacks = [] if "depth" in files else ["FT"]
+    if "speed" not in files:
+        lacks += [component for component in ("Vx", "Vy") if component.lower() not in files] if {"vx", "vy"} & set(files) else ["FV"]
+    return " and ".join(name[:start] + quantity + name[end:] for quantity in lacks)
+
+
 def simulation_files(folder, simulation=None):
-    """(name, {time: files}, files of the peaks) of one simulation. Less than two time steps: the peaks hold depth and speed.
+    """(name, {time: files}, files of the peaks, {time: files} of incomplete time steps) of one simulation. Less than two time steps: the
+    peaks hold depth and speed. Incomplete steps, which lack depth or speed, are before or behind all others.
 
     folder: that of the avalanche, of the peak files, or of the time steps
     """
@@ -53,12 +74,17 @@ def simulation_files(folder, simulation=None):
     name = simulation or names[0]
     if name not in names:
         raise ConfigError(f"--simulation {name}: there is none of this name, only {', '.join(names)}")
-    complete = {time: files for time, files in sorted(steps.get(name, {}).items()) if has_flow(files)}
+    every = {time: one_each(files) for time, files in sorted(steps.get(name, {}).items())}
+    complete, incomplete = ({time: files for time, files in every.items() if has_flow(files) == whole} for whole in (True, False))
     peak = peaks.get(name, {}).get(0.0, {})
     if len(complete) < 2 and not has_flow(peak):
         raise InputError(f"{where}: {name} has {len(complete)} time steps with thickness and speed (FT with FV, or with Vx and Vy), where two are "
                          f"needed, and no largest values (pft and pfv): {EXPORT}")
-    return name, complete, peak
+    between = [time for time in incomplete if len(complete) > 1 and min(complete) < time < max(complete)]
+    if between:
+        raise InputError(f"{below if os.path.isdir(below) else where}: the time step at {between[0]:g} s has no {missing_files(incomplete[between[0]])}, and others "
+                         f"before and behind it are complete; put the file there, or {EXPORT}")
+    return name, complete, peak if len(complete) > 1 else one_each(peak), incomplete
 
 
 def find_dem(folder):
