@@ -872,7 +872,7 @@ class Pages(DesignFolder):
         self.assertIn("Test &lt;mast&gt;", text)
         self.assertGreaterEqual(text.count("<figure>"), 8)
         self.assertNotIn("http://", text.replace("http://www.w3.org", ""))
-        self.assertNotIn("nan", text.lower().replace("nanometre", "").split("base64,")[0])
+        self.assertEqual(numbers_that_are_none(text), [])
         self.assertTrue(any(line.startswith("force downstream") for line in lines))
         design = json.loads((self.folder / "design.json").read_text())
         self.assertEqual(design["quantities"]["force_mean_n"]["snows"]["soft"]["by_grid"][0], 140000.0)
@@ -971,15 +971,35 @@ class Pages(DesignFolder):
             self.assertEqual(any("still piles up" in text and "since the splash" in text for text in texts), grows, texts)
             self.assertEqual("still growing" in headline, grows)
 
-    def test_say_that_a_run_has_no_steady_interval(self):
-        path = self.folder / "runs" / "soft_w11" / "results.json"
+    def without_means(self, run):
+        path = self.folder / "runs" / run / "results.json"
         results = json.loads(path.read_text())
-        for key in results:
-            if "mean" in key or "steady" in key:
-                results[key] = None
-        path.write_text(json.dumps(results))
+        path.write_text(json.dumps({key: None if "mean" in key or "steady" in key else value for key, value in results.items()}))
+
+    def test_say_that_a_run_has_no_steady_interval(self):
+        self.without_means("soft_w11")
         text, _ = self.drawn_page()
         self.assertIn("No steady interval, so no means, in: soft_w11", text)
+        self.assertEqual(numbers_that_are_none(text), [])
+
+    def test_have_a_dash_for_every_number_that_is_not_known(self):
+        for run in self.runs:
+            self.without_means(run["name"])
+        mode = {"frequency_hz": 1.0, "damping_ratio": 0.02, "shape_at_load": 0.0}
+        self.write("design_plan.json", json.dumps({**self.plan, "modes": [mode, {**mode, "frequency_hz": 2.5, "shape_at_load": 0.5}]}))
+        text, lines = self.drawn_page()
+        self.assertEqual(numbers_that_are_none(text), [])
+        self.assertEqual(numbers_that_are_none("\n".join(lines)), [])
+        self.assertIn("(c_D over w H: –, upper –)", text)
+        self.assertRegex(text, r'amplification of the modes[^>]*">–, \d\.\d\d<')
+        self.assertNotIn("NaN", (self.folder / "design.json").read_text())
+
+
+def numbers_that_are_none(text):
+    """Where a page, or one of its drawings, prints a number that is none."""
+    drawings = [base64.b64decode(data).decode() for data in re.findall(r"data:image/svg\+xml;base64,([^\"]+)", text)]
+    return [part[max(0, match.start() - 40):match.end() + 40] for part in (re.sub(r"base64,[^\"]+", "", text), *drawings)
+            for match in re.finditer(r"(?<![a-z])(nan|inf)(?![a-z])", part, flags=re.IGNORECASE)]
 
 
 # What a page says of itself in a frame of some width: its pictures that are broken, and the elements that are wider than it.

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from mpmtools import equations
 from mpmtools.design.ensemble import snow_cover
+from mpmtools.design.rounding import number
 from mpmtools.design.scaling import drag_coefficient, weight_factor
 
 FLOOR = 0.7  # least width factor for w/H < 1 that the paper recommends (Sect. 5)
@@ -34,7 +35,7 @@ HYDROSTATIC = 8.0  # times the hydrostatic pressure, measured in slow wet avalan
 
 def span(low, high, digits=2):
     """With so many digits each; once where they are the same."""
-    low, high = (f"{value:.{digits}g}" for value in (low, high))
+    low, high = (number(value, f".{digits}g") for value in (low, high))
     return low if low == high else f"{low} to {high}"
 
 

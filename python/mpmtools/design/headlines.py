@@ -8,7 +8,7 @@ import numpy as np
 from mpmtools.design import comparison
 from mpmtools.design.loads import moving_mean
 from mpmtools.design.results import STATIC_FORCES, STATIC_MOMENTS, quantities_of
-from mpmtools.design.rounding import short, upward, value_and_error, with_unit
+from mpmtools.design.rounding import UNKNOWN, short, upward, value_and_error, with_unit
 
 NOT_DETERMINED = 1.0 / 3.0  # largest uncertainty over the value with which a height is stated
 FINER = (5, 7, 11, 15, 21)  # cells that [plan] finest_cells takes
@@ -101,7 +101,7 @@ def design_rows(ensemble, results):
     for what, name, choose, statics in loads:
         chosen, number = choose()
         if chosen is None:
-            rows.append((what, "–", "no run gives one"))
+            rows.append((what, UNKNOWN, "no run gives one"))
             continue
         snow, q = results.governing(chosen), by_key[chosen]
         entry = results.table[snow][chosen]

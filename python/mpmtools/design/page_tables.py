@@ -7,7 +7,7 @@ import numpy as np
 from mpmtools.design import comparison
 from mpmtools.design.factors import load_factors, outside, over_snows
 from mpmtools.design.results import LATERAL, LINE_LOADS, is_oblique, quantities_of
-from mpmtools.design.rounding import short, upward, value_and_error, with_unit
+from mpmtools.design.rounding import UNKNOWN, number, percent, short, upward, value_and_error, with_unit
 
 
 def load_table(ensemble, results):
@@ -19,13 +19,13 @@ def load_table(ensemble, results):
         for row in results.table:
             e = row[q.key]
             if not math.isfinite(e.value):
-                cells.append("–")
+                cells.append(UNKNOWN)
                 continue
             unknown = "" if math.isfinite(e.grid) else " *"
             cells.append(value_and_error(e.value, e.total, q.scale) + unknown)
         r = results.ranges[q.key]
         high = short if r.high == ensemble.bound else upward  # a bound is exact
-        cells.append(f"{short(r.low, q.scale)} to {high(r.high, q.scale)}" if math.isfinite(r.high) else "–")
+        cells.append(f"{short(r.low, q.scale)} to {high(r.high, q.scale)}" if math.isfinite(r.high) else UNKNOWN)
         rows.append(cells)
     return {"head": head, "rows": rows}
 
@@ -49,10 +49,10 @@ def line_load_table(results, plan, blocks=10):
         cells = [f"{bottom:.2f} to {top:.2f}"]
         for q in loads.values():
             carried = np.interp([bottom, top], np.append(low, high[-1]), np.append(0.0, np.cumsum(q * step)))
-            cells.append(f"{1e-3 * (carried[1] - carried[0]) / (top - bottom):.1f}")
+            cells.append(number(1e-3 * (carried[1] - carried[0]) / (top - bottom), ".1f"))
         rows.append(cells)
     if arm:
-        rows.append(["in addition on the arm"] + [f"{short(force, 1e-3)} kN at {at:.2f} m" for force, at in arms])
+        rows.append(["in addition on the arm"] + [f"{short(force, 1e-3)} kN at {number(at, '.2f')} m" for force, at in arms])
     rows.append(["force (kN)"] + [upward(q.sum() * step + force, 1e-3) for q, (force, _) in zip(loads.values(), arms)])
     rows.append(["moment (kN m)"] + [upward(q @ centre * step + force * at, 1e-3) for q, (force, at) in zip(loads.values(), arms)])
     return {"head": ["z (m), load in kN/m"] + [LINE_LOADS[name] for name in loads], "rows": rows}
@@ -63,11 +63,11 @@ def reaction_table(ensemble, results):
     units = {q.key: q.unit for q in quantities_of(ensemble.plan)}
 
     def cells(*keys):
-        return [with_unit(upward(results.ranges[k].high, 1e-3), units[k]) if k in results.ranges else "–" for k in keys]
+        return [with_unit(upward(results.ranges[k].high, 1e-3), units[k]) if k in results.ranges else UNKNOWN for k in keys]
 
     def vertical(select):
         parts = [loads.vertical[where] for loads in results.finest if (where := select(loads)).any()]
-        return f"{min(map(np.min, parts)) / 1e3:+.0f} to {max(map(np.max, parts)) / 1e3:+.0f} kN" if parts else "–"
+        return f"{min(map(np.min, parts)) / 1e3:+.0f} to {max(map(np.max, parts)) / 1e3:+.0f} kN" if parts else UNKNOWN
 
     rows = []
     cases = [("steady mean", "mean", "", lambda l: l.steady), ("steady peak (0.1 s)", "steady_peak", "steady_peak", lambda l: l.steady),
@@ -92,7 +92,7 @@ def front_table(ensemble, results):
     for depths in (0, 1, 2, 5):
         time = depths * plan["flow"]["depth_m"] / plan["flow"]["velocity_m_s"]
         found = loads.with_vibration(plan, front=max(1, round(time / loads.interval)))
-        factors = ", ".join(f"{amplification:.2f}" for _, amplification in found["modes"].values())
+        factors = ", ".join(number(amplification, ".2f") for _, amplification in found["modes"].values())
         rows.append(["vertical, ideal: upper bound" if depths == 0 else f"rises over {depths} H ({depths * plan['flow']['depth_m']:.3g} m, {time:.2g} s)",
                      factors, short(np.max(found["force"]), 1e-3), short(np.max(found["moment"]), 1e-3)])
     return {"head": ["front", "amplification of the modes' own part", "force (kN)", "moment (kN m)"], "rows": rows}
@@ -104,11 +104,10 @@ def guideline_load_table(results, plan):
     mean, moment = results.ranges[f"{of_mast}force_mean_n"], results.ranges[f"{of_mast}moment_mean_n_m"]
     rows = []
     for row in comparison.guideline_loads(plan):
-        ratio = short(mean.high / row.force) if math.isfinite(mean.high) else "–"
-        rows.append([row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), ratio, row.source])
+        rows.append([row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), short(mean.high / row.force), row.source])
     drag = results.ranges["drag_coefficient"]
-    rows.append([f"computed{', without the arm' if of_mast else ''}, steady mean, upper value (c_D over w H: {comparison.span(drag.lowest, drag.highest)}, upper {drag.high:.2g})",
-                 upward(results.ranges["pressure_height_mean_m"].high), upward(mean.high, 1e-3), upward(moment.high, 1e-3), "1", "this page"])
+    rows.append([f"computed{', without the arm' if of_mast else ''}, steady mean, upper value (c_D over w H: {comparison.span(drag.lowest, drag.highest)}, upper {number(drag.high, '.2g')})",
+                 upward(results.ranges["pressure_height_mean_m"].high), upward(mean.high, 1e-3), upward(moment.high, 1e-3), "1" if math.isfinite(mean.high) else UNKNOWN, "this page"])
     return {"head": ["load", "reaches to (m)", "force (kN)", "moment (kN m)", "computed / this", "source"], "rows": rows}
 
 
@@ -144,11 +143,11 @@ def grid_table(ensemble, results):
             e = row[q.key]
             if not math.isfinite(e.value) or e.value == 0.0:
                 continue
-            percent = [f"{100.0 * part / abs(e.value):.0f} %" if math.isfinite(part) else "–" for part in (e.gci, e.known, e.grid)]
+            shares = [percent(part / abs(e.value)) for part in (e.gci, e.known, e.grid)]
             name = f"{q.label}, {ensemble.label(snow)}" + (f" ({q.unit})" if q.unit else "")
             if e.method not in notes:
                 notes.append(e.method)
-            rows.append([name, *(short(v, q.scale) for v in e.by_grid), f"{e.order:.1f}" if math.isfinite(e.order) else "–", *percent, f"{notes.index(e.method) + 1}"])
+            rows.append([name, *(short(v, q.scale) for v in e.by_grid), number(e.order, ".1f"), *shares, f"{notes.index(e.method) + 1}"])
     return {"head": head, "rows": rows, "notes": notes}
 
 
@@ -181,7 +180,7 @@ def factor_tables(ensemble, factors=None):
 
     def cell(kind, values):
         if not values:
-            return "–"
+            return UNKNOWN
         if kind == "arm":
             return upward(head * max(values), 1e-3) if abs(head * max(values)) >= 10.0 else "0"
         return comparison.span(min(values), max(values), 3)

@@ -1,12 +1,24 @@
-"""Numbers as the page prints them: with the digits that their uncertainty allows."""
+"""Numbers as the page prints them: with the digits that their uncertainty allows; a dash for what is not known."""
 
 import math
 
 
+UNKNOWN = "–"
+
+
+def number(value, form):
+    """By a format of Python."""
+    return UNKNOWN if value is None or not math.isfinite(value) else format(value, form)
+
+
+def percent(share, form=".0f"):
+    return with_unit(number(100.0 * share, form), "%")
+
+
 def short(value, scale=1.0):
-    """Three significant digits; a dash for what is not known."""
+    """Three significant digits."""
     if value is None or not math.isfinite(value):
-        return "–"
+        return UNKNOWN
     value *= scale
     digits = max(0, 2 - math.floor(math.log10(abs(value)))) if value else 0
     return f"{value:.{min(digits, 4)}f}" if digits else f"{round(value, 2 - math.floor(math.log10(abs(value))) if value else 0):.0f}"
@@ -15,7 +27,7 @@ def short(value, scale=1.0):
 def upward(value, scale=1.0):
     """Three significant digits, rounded up: a value to design with."""
     if not math.isfinite(value):
-        return "–"
+        return UNKNOWN
     value *= scale
     step = 10.0 ** (math.floor(math.log10(abs(value))) - 2) if value else 1.0
     return short(math.ceil(value / step - 1e-9) * step)
@@ -32,4 +44,4 @@ def value_and_error(value, uncertainty, scale=1.0):
 
 
 def with_unit(text, unit):
-    return f"{text} {unit}" if unit and text != "–" else text
+    return f"{text} {unit}" if unit and text != UNKNOWN else text

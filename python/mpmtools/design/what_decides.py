@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mpmtools.design import scaling
-from mpmtools.design.rounding import short, upward
+from mpmtools.design.rounding import number, percent, short, upward
 
 
 def sensitivity_rows(ensemble, results):
@@ -39,7 +39,7 @@ def sensitivity_table(rows):
     if not rows:
         return None
     return {"head": ["what changes", "design force", "design moment"],
-            "rows": [[what, *(f"{100.0 * low:+.0f} to {100.0 * high:+.0f} %" for low, high in changes)] for what, *changes in rows]}
+            "rows": [[what, *(f"{number(100.0 * low, '+.0f')} to {percent(high, '+.0f')}" for low, high in changes)] for what, *changes in rows]}
 
 
 def ensemble_text(ensemble, results, rows):
@@ -51,7 +51,7 @@ def ensemble_text(ensemble, results, rows):
     forces, moments = [s[0] for s in scaled], [s[1] for s in scaled]
     return (f"All combinations of the ends and middles of depth, speed and density ({len(scaled)}): design force {short(min(forces), 1e-3)} to "
             f"{short(max(forces), 1e-3)} kN, moment {short(min(moments), 1e-3)} to {short(max(moments), 1e-3)} kN m. If the three are independent, the "
-            f"upper ends add up as root of the sum of squares to {100.0 * independent[0]:+.0f} % of the force and {100.0 * independent[1]:+.0f} % of the moment.")
+            f"upper ends add up as root of the sum of squares to {percent(independent[0], '+.0f')} of the force and {percent(independent[1], '+.0f')} of the moment.")
 
 
 def scenario_rows(ensemble, results):
