@@ -485,7 +485,7 @@ class Scaling(DesignFolder):
         worst = dict.fromkeys((error for _, error in scaling.ERRORS), 0.0)
         for (slow, fast), group in pairs.groupby(["slow", "fast"]):
             rms = np.sqrt((group[["force", "moment", "impact", "impact_moment"]] ** 2).mean()).max()
-            stated = scaling.scaling_error(fast / slow)
+            stated = scaling.scaling_error(slow, fast)
             worst[stated] = max(worst[stated], rms)
         for stated, rms in worst.items():
             self.assertLessEqual(rms, stated)
@@ -522,7 +522,40 @@ class Scaling(DesignFolder):
         text = " ".join(text for text, _ in cautions.advice_rows(ensemble, results))
         self.assertIn("Scenario denser gives more", text)
         self.assertNotIn("Scenario small", text)
-        self.assertEqual(len(what_decides.scenario_table(ensemble, results)["rows"]), 3)
+        table = what_decides.scenario_table(ensemble, results)
+        self.assertEqual((len(table["rows"]), table["note"]), (3, ""))
+        self.assertEqual([row[-1] for row in table["rows"][:2]], ["none", "none"])
+
+    def test_has_no_error_and_no_loads_beyond_the_flows_of_the_fit(self):
+        for before, after, error in ((3.0, 7.0, 0.22), (0.1, 7.0, 0.33), (7.0, 0.1, 0.33), (3.0, 7.1, math.nan), (0.09, 3.0, math.nan), (9.0, 9.0, 0.0), (9.0, 8.0, math.nan)):
+            np.testing.assert_equal(scaling.scaling_error(before, after), error)
+        speed = 285.0 * math.sqrt(19.62)
+        scenarios = [{"name": name, "depth_m": 2.0, "velocity_m_s": v, "density_kg_m3": 300.0} for name, v in (("storm", speed), ("rest", 1e-9), ("faster", 12.0))]
+        self.write("design_plan.json", json.dumps({**self.plan, "scenarios": scenarios}))
+        ensemble = Ensemble(self.folder)
+        results = Results(ensemble)
+        table = what_decides.scenario_table(ensemble, results)
+        self.assertEqual([row[5:] for row in table["rows"][1:3]], [["–"] * 5] * 2)
+        self.assertEqual(table["rows"][3][-1], "± 13 %")
+        self.assertIn("Scenario storm, rest: no loads", table["note"])
+        self.assertIn("fitted to Fr 0.1 to 7", table["note"])
+        self.assertIn((table["note"], ""), cautions.advice_rows(ensemble, results))
+        _, storm, rest, faster = data_files.design_json(ensemble, results)["scenarios"]
+        self.assertEqual([(s["force_n"], s["moment_n_m"], s["scaling_error"], s["pressure_height_m"], s["runup_m"]) for s in (storm, rest)], [(None,) * 5] * 2)
+        self.assertEqual(faster["scaling_error"], 0.13)
+        text, _ = self.drawn_page()
+        self.assertIn(table["note"], text)
+        self.assertEqual(numbers_that_are_none(text), [])
+
+    def test_says_where_ranges_and_the_site_are_beyond_the_flows_of_the_fit(self):
+        for froude, beyond in ((3.0, False), (6.0, True), (7.5, True)):
+            flow = {**self.plan["flow"], "froude_number": froude, "gravity_m_s2": 9.81 * (self.plan["flow"]["froude_number"] / froude) ** 2}
+            ensemble = Ensemble(self.folder)
+            ensemble.plan["flow"] = flow
+            results = Results(ensemble)
+            said = what_decides.ensemble_text(ensemble, results, what_decides.sensitivity_rows(ensemble, results))
+            self.assertEqual("its error beyond is not known" in said, beyond, said)
+            self.assertEqual(comparison.drag_sources(ensemble.plan)[-1][1] == "–", froude > 7.0)
 
 
 class Factors(DesignFolder):

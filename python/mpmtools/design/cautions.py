@@ -6,7 +6,7 @@ from mpmtools.design import comparison
 from mpmtools.design.headlines import NOT_DETERMINED, finer_grid, longer
 from mpmtools.design.results import is_oblique
 from mpmtools.design.rounding import short, upward
-from mpmtools.design.what_decides import scenario_rows
+from mpmtools.design.what_decides import not_scaled, scenario_rows
 
 
 def uncertainties(results):
@@ -56,7 +56,10 @@ def advice_rows(ensemble, results):
     for most, loads in greater.items():
         rows.append((f"A load of the guideline ({most.what}) is greater than the computed one{' without the arm' if 'arm' in plan else ''}: {' and '.join(loads)}. It reaches to {short(most.extent)} m; "
                      "which of the two applies is the designer's decision", ""))
-    for name, _, force, moment, error, _ in scenario_rows(ensemble, results)[1:]:
+    scenarios = scenario_rows(ensemble, results)[1:]
+    if note := not_scaled(scenarios):
+        rows.append((note, ""))
+    for name, _, force, moment, error, _ in scenarios:
         if force > own_force or moment > own_moment:
             rows.append((f"Scenario {name} gives more than the values above: {upward(force, 1e-3)} kN and {upward(moment, 1e-3)} kN m by scaling "
                          f"(± {100.0 * error:.0f} %); make it [flow], or a site file of its own, if it is to be designed for", ""))

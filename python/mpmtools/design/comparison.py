@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from mpmtools import equations
 from mpmtools.design.ensemble import snow_cover
-from mpmtools.design.rounding import number
-from mpmtools.design.scaling import drag_coefficient, weight_factor
+from mpmtools.design.rounding import UNKNOWN, number
+from mpmtools.design.scaling import FROUDE, drag_coefficient, is_fitted, weight_factor
 
 FLOOR = 0.7  # least width factor for w/H < 1 that the paper recommends (Sect. 5)
 LAMBDAS = {"loose": (1.5,), "cold_dense": (2.0, 3.0), "warm_cohesive": (2.0, 3.0)}
@@ -42,6 +42,7 @@ def span(low, high, digits=2):
 def drag_sources(plan):
     """[(shape and regime, c_D, source, what was checked)] from the literature and from this program's study."""
     froude, frictions = plan["flow"]["froude_number"], sorted(snow["effective_friction"] for snow in plan["snows"])
+    fitted = is_fitted(froude)
     own, weight = zip(*((drag_coefficient(m, froude), weight_factor(m)) for m in (frictions[0], frictions[-1])))
     return [
         ("round", f"{DRAG_COEFFICIENTS['cylinder']:g}", "Swiss rules (Salm, Burkard and Gubler 1990; Margreth, Stoffel and Schaer 2015, WSL Berichte 28)",
@@ -54,9 +55,9 @@ def drag_sources(plan):
         ("round, square, triangular; Fr < 1", "no number", "Kyburz et al. (2022): the pressure falls with the width for every shape, and cohesion raises it; discrete elements",
          "abstract"),
         ("mast-like, fast granular flow", "no number", "Hauksson et al. (2007): no more force on obstacles higher than 3 H", "as the paper quotes it"),
-        ("masts", "–", "EUR 23339 (Jóhannesson et al. 2009), chapter on masts", "not verified: the text was not available"),
-        (f"square, w = H, Fr {froude:.2g}, these M'", span(*own), "this program's study, 236 runs: inertia and "
-         f"{span(*weight)} times the hydrostatic force", "fitted within 12 % (root mean square)")]
+        ("masts", UNKNOWN, "EUR 23339 (Jóhannesson et al. 2009), chapter on masts", "not verified: the text was not available"),
+        (f"square, w = H, Fr {froude:.2g}, these M'", span(*own) if fitted else UNKNOWN, "this program's study, 236 runs: inertia and "
+         f"{span(*weight)} times the hydrostatic force", "fitted within 12 % (root mean square)" if fitted else f"this flow is beyond its Fr {FROUDE[0]:g} to {FROUDE[1]:g}")]
 
 
 class GuidelineLoad(NamedTuple):

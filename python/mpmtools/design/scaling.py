@@ -15,7 +15,9 @@ from mpmtools.design.ensemble import snow_cover
 
 INERTIA, WEIGHT = (0.179, 0.203), (0.608, 1.693)  # logarithms at M' = 0, and their slopes
 FITTED = (0.4, 1.53)  # M'
-ERRORS = ((1.7, 0.13), (2.5, 0.22), (math.inf, 0.33))  # up to this ratio of Froude numbers: root mean square of the worst group of runs
+FROUDE = (0.1, 7.0)  # numbers of the runs
+ERRORS = ((1.7, 0.13), (2.5, 0.22), (FROUDE[1] / FROUDE[0], 0.33))  # up to this ratio of Froude numbers: root mean square of the worst group of runs
+ROUNDING = 1e-6  # relative, of a Froude number that was turned into a speed and back
 
 
 class Avalanche(NamedTuple):
@@ -36,7 +38,7 @@ class Factors(NamedTuple):
     moment: float
     runup: float
     pressure_height: float
-    error: float  # of force and moment, root mean square over the study's runs
+    error: float  # of force and moment, root mean square over the study's runs; NaN: not known
 
 
 def _factor(logarithm, friction):
@@ -54,10 +56,19 @@ def drag_coefficient(friction, froude):
     return _factor(INERTIA, friction) + weight_factor(friction) / froude**2
 
 
-def scaling_error(ratio):
-    """Of force and moment, relative. @param ratio  of the Froude numbers"""
-    ratio = max(ratio, 1.0 / ratio)
-    return 0.0 if math.isclose(ratio, 1.0, rel_tol=1e-9) else next(error for most, error in ERRORS if ratio <= most)
+def is_fitted(froude):
+    """Whether the coefficients were fitted to flows like this."""
+    return FROUDE[0] * (1.0 - ROUNDING) <= froude <= FROUDE[1] * (1.0 + ROUNDING)
+
+
+def scaling_error(before, after):
+    """Of force and moment, relative; NaN beyond the flows of the fit. @param before, after  Froude numbers"""
+    if math.isclose(before, after, rel_tol=1e-9):
+        return 0.0
+    if not (is_fitted(before) and is_fitted(after)):
+        return math.nan
+    ratio = max(before, after) / min(before, after)
+    return next(error for most, error in ERRORS if ratio <= most * (1.0 + 3.0 * ROUNDING))
 
 
 def factors(computed, other, friction, gravity):
@@ -68,7 +79,7 @@ def factors(computed, other, friction, gravity):
              * drag_coefficient(friction, after) / drag_coefficient(friction, before))
     heights = [deeper * float(equations.relative_height(friction, after, c) / equations.relative_height(friction, before, c))
                for c in (equations.PUBLISHED_RUNUP, equations.PUBLISHED_PRESSURE_HEIGHT)]
-    return Factors(force, force * deeper, *heights, scaling_error(after / before))
+    return Factors(force, force * deeper, *heights, scaling_error(before, after))
 
 
 def avalanche_of(plan):
@@ -97,14 +108,14 @@ def corners_of(plan):
 
 
 def scaled_loads(results, plan, other):
-    """(force, N; moment about the ground, N m; error of the scaling): upper values of the headline for another avalanche, over all snows."""
+    """(force, N; moment about the ground, N m; error of the scaling, NaN: not known): upper values of the headline for another avalanche, over
+    all snows."""
     base = snow_cover(plan)
     computed, gravity = avalanche_of(plan), plan["flow"]["gravity_m_s2"]
-    forces, moments, worst = [], [], 0.0
+    forces, moments = [], []
     for number, snow in enumerate(plan["snows"]):
         scale = factors(computed, other, snow["effective_friction"], gravity)
         force, moment = results.snow_upper(number)
         forces.append(scale.force * force)
         moments.append(scale.moment * (moment - base * force) + base * scale.force * force)
-        worst = max(worst, scale.error)
-    return max(forces), max(moments), worst
+    return max(forces), max(moments), scale.error

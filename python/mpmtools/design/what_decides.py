@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mpmtools.design import scaling
-from mpmtools.design.rounding import number, percent, short, upward
+from mpmtools.design.rounding import UNKNOWN, number, percent, short, upward
 
 
 def sensitivity_rows(ensemble, results):
@@ -46,16 +46,22 @@ def ensemble_text(ensemble, results, rows):
     """All ranges at once, in a sentence; empty without a headline."""
     if not rows:
         return ""
-    scaled = [scaling.scaled_loads(results, ensemble.plan, corner) for corner in scaling.corners_of(ensemble.plan)]
+    corners, gravity = scaling.corners_of(ensemble.plan), ensemble.plan["flow"]["gravity_m_s2"]
+    scaled = [scaling.scaled_loads(results, ensemble.plan, corner) for corner in corners]
+    flows = [corner.froude_number(gravity) for corner in corners]
+    beyond = "" if all(map(scaling.is_fitted, flows)) else (
+        f" Attention: these are flows of Fr {min(flows):.2g} to {max(flows):.2g}, and the scaling was fitted to Fr {scaling.FROUDE[0]:g} to {scaling.FROUDE[1]:g}: "
+        "its error beyond is not known.")
     independent = [math.sqrt(sum(row[which][1] ** 2 for row in rows if "scaling" in row[0])) for which in (1, 2)]
     forces, moments = [s[0] for s in scaled], [s[1] for s in scaled]
     return (f"All combinations of the ends and middles of depth, speed and density ({len(scaled)}): design force {short(min(forces), 1e-3)} to "
             f"{short(max(forces), 1e-3)} kN, moment {short(min(moments), 1e-3)} to {short(max(moments), 1e-3)} kN m. If the three are independent, the "
-            f"upper ends add up as root of the sum of squares to {percent(independent[0], '+.0f')} of the force and {percent(independent[1], '+.0f')} of the moment.")
+            f"upper ends add up as root of the sum of squares to {percent(independent[0], '+.0f')} of the force and {percent(independent[1], '+.0f')} of the moment.{beyond}")
 
 
 def scenario_rows(ensemble, results):
-    """[(name, Avalanche, force, moment, error, (pressure height, run-up))] of [flow], as computed, and of each [[scenario]], scaled; SI."""
+    """[(name, Avalanche, force, moment, error, (pressure height, run-up))] of [flow], as computed, and of each [[scenario]], scaled; SI. NaN
+    beyond the flows to which the scaling was fitted."""
     plan, gravity = ensemble.plan, ensemble.plan["flow"]["gravity_m_s2"]
     computed = scaling.avalanche_of(plan)
     rows = []
@@ -66,8 +72,17 @@ def scenario_rows(ensemble, results):
         bed = [results.ranges[key].high - ensemble.base for key in ("pressure_height_mean_m", "runup_p99_mean_m", "runup_peak_m")]
         heights = (ensemble.base + np.nanmax([bed[0] * max(s.pressure_height for s in scales), 3.0 * other.depth]),
                    ensemble.base + np.nanmax(bed[1:]) * max(s.runup for s in scales))
-        rows.append((name, other, force, moment, error, heights))
+        rows.append((name, other, *((force, moment, error, heights) if math.isfinite(error) else (*[math.nan] * 3, (math.nan, math.nan)))))
     return rows
+
+
+def not_scaled(rows):
+    """Why scenarios have no loads, in words; empty: all have. @param rows  scenario_rows()"""
+    names = [name for name, _, _, _, error, _ in rows if math.isnan(error)]
+    if not names:
+        return ""
+    return (f"Scenario {', '.join(names)}: no loads, since from or to {'its Froude number' if len(names) == 1 else 'their Froude numbers'} nothing can be scaled: the scaling "
+            f"was fitted to Fr {scaling.FROUDE[0]:g} to {scaling.FROUDE[1]:g}; compute it with a site file of its own")
 
 
 def scenario_table(ensemble, results):
@@ -75,9 +90,9 @@ def scenario_table(ensemble, results):
     if not ensemble.plan.get("scenarios"):
         return None
     gravity = ensemble.plan["flow"]["gravity_m_s2"]
-    rows = []
-    for name, other, force, moment, error, heights in scenario_rows(ensemble, results):
+    rows, scenarios = [], scenario_rows(ensemble, results)
+    for name, other, force, moment, error, heights in scenarios:
         rows.append([name, f"{other.depth:.3g}", f"{other.velocity:.3g}", f"{other.density:.3g}", f"{other.froude_number(gravity):.2f}",
-                     upward(force, 1e-3), upward(moment, 1e-3), *(upward(h) for h in heights), f"± {100.0 * error:.0f} %" if error else "–"])
+                     upward(force, 1e-3), upward(moment, 1e-3), *(upward(h) for h in heights), UNKNOWN if math.isnan(error) else f"± {percent(error)}" if error else "none"])
     return {"head": ["scenario", "H (m)", "v (m/s)", "ρ (kg/m³)", "Fr", "force (kN)", "moment (kN m)", "pressure height (m)", "run-up (m)", "scaling"],
-            "rows": rows}
+            "rows": rows, "note": not_scaled(scenarios)}
