@@ -121,6 +121,9 @@ CASE = """\
 title = "Design: {name}"
 [material]
 density_kg_m3 = 300.0
+critical_state_slope = {slope}
+cohesion_beta = 0.0
+hardening_xi = 5.0
 [conveyor]
 velocity_m_s = 9.81
 flow_height_m = 2.0
@@ -129,6 +132,8 @@ mirror_y = true
 shape = "box"
 width_m = 1.0
 depth_m = 1.0
+height_m = 12.0
+friction = 0.15
 [numerics]
 cell_size_m = {size}
 particles_per_cell = 8
@@ -156,8 +161,8 @@ class DesignFolder(InFolder):
                      "gravity_m_s2": 9.81, "snow_class": None},
             "mast": {"shape": "box", "width_m": 1.0, "depth_m": 1.0, "height_m": 12.0, "friction": 0.15, "drag_coefficient": None},
             "modes": [{"frequency_hz": 1.0, "damping_ratio": 0.02, "shape_at_load": None}], "author": "A. Name", "project": "7", "numerics": {"contact": "nodal", "transfer": "apic"},
-            "snows": [{"name": name, "critical_state_slope": 0.5, "cohesion_beta": 0.0, "hardening_xi": 5.0, "effective_friction": m, "source": ""}
-                      for name, m in (("soft", 0.5), ("firm", 1.0))],
+            "snows": [{"name": name, "critical_state_slope": slope, "cohesion_beta": 0.0, "hardening_xi": 5.0, "effective_friction": m, "source": ""}
+                      for name, slope, m in (("soft", 0.5, 0.5), ("firm", 0.9, 1.0))],
             "grids": [{"cells": n, "cell_size_m": h} for n, h in zip((3, 5, 11), self.SIZES)],
             "duration_s": 8.0, "particle_steps": 1e6, "runs": self.runs,
             "advice": [{"rule": "mach_number", "text": "Mach number v/c_P = 0.7: too high; stiffen", "snows": ["firm"]}]}
@@ -169,10 +174,17 @@ class DesignFolder(InFolder):
             path, lines = page.make_page(self.folder)
         return open(path, encoding="utf-8").read(), lines
 
+    def change_cases(self, old, new):
+        """Replaces a line in the cases of all runs."""
+        for run in self.runs:
+            path = self.folder / "runs" / run["name"] / "case.toml"
+            self.assertEqual(path.read_text().count(f"{old}\n"), 1)
+            path.write_text(path.read_text().replace(f"{old}\n", f"{new}\n"))
+
     def make_run(self, name, size, force, final):
         folder = f"runs/{name}"
         (self.folder / folder).mkdir(parents=True)
-        self.write(f"{folder}/case.toml", CASE.format(name=name, size=size))
+        self.write(f"{folder}/case.toml", CASE.format(name=name, size=size, slope=0.5 if name.startswith("soft") else 0.9))
         self.write(f"{folder}/obstacle.json", '{"outline_m": [[0, -0.5], [1, -0.5], [1, 0.5], [0, 0.5]], "top_m": null}')
         time = np.arange(801) * 0.01
         ripple = 1 + 0.1 * np.sin(2 * np.pi * time / 0.5) * (time > 3) + 1.0 * (np.abs(time - 0.5) < 0.3)
@@ -399,8 +411,31 @@ class ResultsOfADesign(DesignFolder):
         self.write("design_plan.json", json.dumps(self.plan))
         case = self.folder / "runs" / "firm_w5" / "case.toml"
         case.write_text(case.read_text().replace("density_kg_m3 = 300", "density_kg_m3 = 900"))
-        with self.assertRaisesRegex(InputError, "firm_w5/case.toml: it was altered"):
+        with self.assertRaisesRegex(InputError, "firm_w5/case.toml: it is not of the site: material.density_kg_m3 is 900.0, by the site 300.0; put back"):
             Ensemble(self.folder)
+
+    def test_refuse_a_case_of_another_mast_flow_snow_or_grid(self):
+        case = self.folder / "runs" / "firm_w5" / "case.toml"
+        own = case.read_text()
+        for old, new, difference in (
+                ('shape = "box"', 'shape = "cylinder"', "obstacle.shape is cylinder, by the site box"), ("depth_m = 1.0", "depth_m = 2.0", "obstacle.depth_m is 2.0"),
+                ("\nwidth_m = 1.0", "\nwidth_m = 1.1", "obstacle.width_m is 1.1"), ("height_m = 12.0\n", "", "obstacle.height_m is left out, by the site 12.0"),
+                ("height_m = 12.0", "height_m = 1.5", "obstacle.height_m is 1.5"), ("friction = 0.15", "friction = 0.3", "obstacle.friction is 0.3, by the site 0.15"),
+                ("friction = 0.15", "friction = 0.15\nrotation_deg = 45.0", "obstacle.rotation_deg is 45.0"),
+                ("gravity_m_s2 = 9.81", "gravity_m_s2 = 20.0", "numerics.gravity_m_s2 is 20.0"), ("gravity_m_s2 = 9.81", "gravity_m_s2 = 9.81\nslope_deg = 20.0", "numerics.slope_deg is 20.0"),
+                ("velocity_m_s = 9.81", "velocity_m_s = 20.0", "conveyor.velocity_m_s is 20.0"), ("flow_height_m = 2.0", "flow_height_m = 1.0", "conveyor.flow_height_m is 1.0"),
+                ("critical_state_slope = 0.9", "critical_state_slope = 0.5", "material.critical_state_slope is 0.5, by the site 0.9"),
+                ("hardening_xi = 5.0", "hardening_xi = 0.5", "material.hardening_xi is 0.5"), ("cell_size_m = 0.2", "cell_size_m = 0.3", "numerics.cell_size_m is 0.3"),
+                ("[numerics]", "[arm]\nlength_m = 4.0\n[numerics]", "arm.length_m is 4.0, by the site left out")):
+            self.assertEqual(own.count(old), 1, old)
+            case.write_text(own.replace(old, new))
+            with self.assertRaisesRegex(InputError, f"firm_w5/case.toml: it is not of the site: {difference}"):
+                Ensemble(self.folder)
+        case.write_text(own)
+        self.assertEqual(len(Ensemble(self.folder).runs), 2)
+        self.change_cases("height_m = 12.0", "")
+        self.write("design_plan.json", json.dumps({**self.plan, "mast": {**self.plan["mast"], "height_m": None}}))
+        self.assertEqual(len(Ensemble(self.folder).runs), 2)
 
     def test_name_a_folder_that_is_no_design(self):
         with self.assertRaisesRegex(InputError, "give the folder of `mpm design`"):
@@ -729,7 +764,7 @@ class Arms(DesignFolder):
         for arm in ({**self.ARM, "base_m": 3.5}, None):
             plan = {key: value for key, value in {**self.plan, "arm": arm}.items() if value is not None}
             self.write("design_plan.json", json.dumps(plan))
-            with self.assertRaisesRegex(InputError, "its flow or its mast is not that of the site"):
+            with self.assertRaisesRegex(InputError, "it is not of the site: arm.(base_m is 3.6, by the site 3.5|length_m is 4.0, by the site left out)"):
                 Ensemble(self.folder)
 
 
@@ -737,6 +772,7 @@ class SnowCovers(DesignFolder):
     def test_lift_heights_and_add_their_height_times_the_force_to_the_moment(self):
         bare = Results(Ensemble(self.folder))
         plan = {**self.plan, "flow": {**self.plan["flow"], "snow_cover_m": 1.5}}
+        self.change_cases("height_m = 12.0", "height_m = 10.5")
         self.write("design_plan.json", json.dumps(plan))
         ensemble = Ensemble(self.folder)
         covered = Results(ensemble)
@@ -765,6 +801,7 @@ class ObliqueFlows(DesignFolder):
             series = pd.read_csv(path)
             series.force_y_n, series.moment_x_n_m, series.moment_z_n_m = -0.2 * series.force_x_n, 0.3 * series.force_x_n, 0.4 * series.force_x_n
             series.to_csv(path, index=False)
+        self.change_cases("friction = 0.15", "friction = 0.15\nrotation_deg = 20.0")
         self.write("design_plan.json", json.dumps({**self.plan, "mast": {**self.plan["mast"], "angle_deg": 20.0}}))
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
@@ -918,6 +955,7 @@ class Pages(DesignFolder):
 
     def test_hold_the_advice_about_the_runs_and_say_that_the_mast_is_overtopped(self):
         plan = {**self.plan, "mast": {**self.plan["mast"], "height_m": 5.5}, "flow": {**self.plan["flow"], "source": "path model, 300 years", "slope_deg": 30.0}}
+        self.change_cases("height_m = 12.0", "height_m = 5.5")
         self.write("design_plan.json", json.dumps(plan))
         text, lines = self.drawn_page()
         self.assertIn("Snow firm: Mach number v/c_P = 0.7: too high; stiffen.", text)

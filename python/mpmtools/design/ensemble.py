@@ -49,22 +49,34 @@ class Ensemble:
             run = Run(folder) if os.path.exists(os.path.join(folder, "results.json")) else None
             if run is None or not run.is_finished(entry["case_hash"], entry["end_s"]):
                 unfinished.append(entry["name"])
-            elif not self._has_site_of(run):
-                raise InputError(f"{os.path.join(run.folder, 'case.toml')}: it was altered: its flow or its mast is not that of the site; put back the case of the run")
+            elif difference := self._difference(run, snows[entry["snow"]], self.sizes[entry["grid"]]):
+                raise InputError(f"{os.path.join(run.folder, 'case.toml')}: it is not of the site: {difference}; put back the case of the run, or compute the design again "
+                                 "without a change by --set")
             self.runs[entry["snow"]][entry["grid"]] = run
         if unfinished:
             raise InputError(f"{counted(len(unfinished), 'run')} {verb(len(unfinished), 'is', 'are')} not finished, or of another site, first "
                              f"{os.path.join(self.folder, 'runs', unfinished[0])}; `mpm design` runs what is missing")
 
-    def _has_site_of(self, run):
-        """Whether the case of a run states flow and mast of the plan, by which its loads are scaled."""
-        flow, width = self.plan["flow"], self.plan["mast"]["width_m"]
-        pairs = ((run.velocity, flow["velocity_m_s"]), (run.flow_height, flow["depth_m"]), (run.obstacle["width_m"], width),
-                 (run.case["material"]["density_kg_m3"], flow["density_kg_m3"]))
+    def _difference(self, run, snow, size):
+        """What in the case of a run is not that of the plan, which the page describes and by which loads are scaled, in words; empty: nothing."""
+        flow, mast, case = self.plan["flow"], self.plan["mast"], run.case
+        pairs = {"conveyor.velocity_m_s": (run.velocity, flow["velocity_m_s"]), "conveyor.flow_height_m": (run.flow_height, flow["depth_m"]),
+                 "numerics.gravity_m_s2": (run.gravity, flow["gravity_m_s2"]), "numerics.slope_deg": (case.get("numerics.slope_deg", 0.0), 0.0),
+                 "numerics.cell_size_m": (run.cell_size, size), "obstacle.shape": (case.get("obstacle.shape"), mast["shape"]),
+                 "obstacle.rotation_deg": (case.get("obstacle.rotation_deg", 0.0), mast.get("angle_deg", 0.0)),
+                 "obstacle.height_m": (case.get("obstacle.height_m"), None if mast["height_m"] is None else mast["height_m"] - self.base),
+                 **{f"obstacle.{key}": (case.get(f"obstacle.{key}"), mast[key]) for key in ("width_m", "friction", "depth_m") if key != "depth_m" or mast["shape"] == "box"},
+                 "material.density_kg_m3": (case.get("material.density_kg_m3"), flow["density_kg_m3"]),
+                 **{f"material.{key}": (case.get(f"material.{key}"), snow[key]) for key in ("critical_state_slope", "cohesion_beta", "hardening_xi")}}
         arm = {key: value - self.base * (key in ("base_m", "height_m")) for key, value in self.plan.get("arm", {}).items()}
-        arm_of_run = run.case.get("arm") or {}
-        return arm.keys() == arm_of_run.keys() and all(math.isclose(of_run, of_plan, rel_tol=1e-9)
-                                                       for of_run, of_plan in (*pairs, *((arm_of_run[key], arm[key]) for key in arm)))
+        of_run = case.get("arm") or {}
+        pairs |= {f"arm.{key}": (of_run.get(key), arm.get(key)) for key in {**arm, **of_run}}
+        for key, (computed, planned) in pairs.items():
+            numbers = not isinstance(planned, str) and None not in (computed, planned)
+            if not (math.isclose(computed, planned, rel_tol=1e-9, abs_tol=1e-12) if numbers else computed == planned):
+                given, expected = ("left out" if value is None else value for value in (computed, planned))
+                return f"{key} is {given}, by the site {expected}"
+        return ""
 
     def label(self, snow):
         """Of a snow, for figures."""
