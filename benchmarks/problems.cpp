@@ -42,7 +42,7 @@ Problem cube(std::size_t particles, int per_cell, const CamClay::Parameters& sno
   const double edge = 0.05 * std::max(1.0, std::round(std::cbrt(static_cast<double>(particles) / per_cell)));
   use_tracked_numerics(c);
   c.bodies.push_back({.max = Vec3::Constant(edge), .lattice = Lattice::aligned});
-  Scene scene = make_scene(c);
+  CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   return {std::move(scene), std::move(state)};
 }
@@ -147,7 +147,7 @@ Problem make_avalanche(std::size_t particles, Precision precision) {
   add(jet_min, jet_max, {0.0, 0.0, lift});
   c.walls.push_back({.contact = Contact::separable});
   c.obstacle = ObstacleSpec{};
-  Scene scene = make_scene(c);
+  CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   return {std::move(scene), std::move(state)};
 }

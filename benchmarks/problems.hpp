@@ -10,7 +10,7 @@
 namespace mpm::benchmarks {
 
 struct Problem {
-  Scene scene;
+  CaseScene scene;
   State state;
 };
 

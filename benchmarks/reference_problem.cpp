@@ -79,7 +79,7 @@ Problem make_reference(double cell_size, Regime regime, Precision precision) {
   use_tracked_numerics(c);
   c.bodies.push_back({.max = {2.0, 1.0, 4.0}, .lattice = Lattice::aligned});
   c.walls.push_back({.contact = Contact::separable});
-  Scene scene = make_scene(c);
+  CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   double max_speed_squared = 0.0;
   state.grid.change_particles([&](Particle& p) {

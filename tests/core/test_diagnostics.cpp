@@ -35,7 +35,7 @@ TEST(Totals, AreTheSumsOverTheParticles) {
     Case c = testing::empty_case();
     c.numerics.transfer = transfer;
     c.numerics.slope = 0.3;
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     const State state = random_state(scene, 2000, false);
     Totals expected;
     double size = 0.0;
@@ -76,7 +76,7 @@ TEST(Totals, AreTheSumsOverTheParticles) {
 }
 
 TEST(Totals, HaveTheSameBitsOnAnyNumberOfThreads) {
-  const Scene scene = make_scene(testing::empty_case());
+  const CaseScene scene = make_scene(testing::empty_case());
   const State state = random_state(scene, 3000, false);
   const Totals one = totals(state, scene);
   for (const int threads : {2, 3, 4}) {
@@ -93,7 +93,7 @@ TEST(Totals, HaveTheSameBitsOnAnyNumberOfThreads) {
 }
 
 TEST(Totals, OfAMirroredPartCompleteToThoseOfTheWhole) {
-  const Scene scene = make_scene(testing::empty_case());
+  const CaseScene scene = make_scene(testing::empty_case());
   const State part = random_state(scene, 500, true);
   State whole(0.25);
   for (Particle p : testing::stored_particles(part.grid)) {

@@ -301,14 +301,14 @@ struct Symmetric {
     state.emplace(make_state(c, scene));
     for (const Particle& p : testing::stored_particles(state->grid)) start[p.id] = position_of(p);
   }
-  static Scene make(const MaterialParameters& material, double half_width, bool mirror_x, bool mirror_y, Transfer transfer) {
-    Scene s = make_scene(snow(material, half_width, mirror_x, mirror_y));
+  static CaseScene make(const MaterialParameters& material, double half_width, bool mirror_x, bool mirror_y, Transfer transfer) {
+    CaseScene s = make_scene(snow(material, half_width, mirror_x, mirror_y));
     s.boundaries.emplace_back(box_between({-0.375, -0.3, -10.0}, {0.375, 0.3, 0.5}, Contact::separable, 0.2));
     s.mirror = {mirror_x, mirror_y};
     s.numerics.transfer = transfer;
     return s;
   }
-  Scene scene;
+  CaseScene scene;
   std::optional<State> state;
   std::map<std::uint64_t, Vec3> start;
 };

@@ -31,7 +31,7 @@ struct Watched {
 };
 
 Watched watch(const Case& c, double duration, double from = 0.0) {
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   Watched seen{.state = make_state(c, scene)};
   advance(seen.state, scene, from);
   EnergyWatch energy(seen.state, scene);
@@ -64,7 +64,7 @@ TEST(EnergyWatch, BooksTheWorkOfGravityExactly) {
     Case c = empty_case();
     c.numerics.transfer = transfer;
     c.bodies = {box_body({0.0, 0.0, 0.0}, {0.5, 1.0, 0.5}, {3.0, 0.0, 2.0})};
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     EnergyWatch energy(state, scene);
     const double mass = totals(state, scene).mass, dt = 1e-3;
@@ -116,7 +116,7 @@ TEST(EnergyWatch, IsSilentInSoundRuns) {
 TEST(EnergyWatch, SeesStepsThatAreTooLong) {
   Case c = viscous_drop(4000.0);
   double share = 0.0;
-  Scene scene = make_scene(c);
+  CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   HealthWatch health(state, scene);
   const double dt = 4.0 * stable_time_step(state, scene);
@@ -145,7 +145,7 @@ TEST(EnergyWatch, SeesStepsThatAreTooLong) {
 TEST(HealthWatch, SaysOnceThatTheTimeStepShrinks) {
   Case c = empty_case();
   c.bodies = {box_body(Vec3::Zero(), Vec3::Constant(0.5))};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   HealthWatch health(state, scene);
   const Totals now = totals(state, scene);
@@ -161,7 +161,7 @@ TEST(HealthWatch, SaysOnceThatTheTimeStepShrinks) {
 TEST(StableTimeStep, IsLimitedByViscosity) {
   for (const auto& [viscosity, shortened] : {std::pair{0.0, false}, {1900.0, false}, {2100.0, true}, {40000.0, true}}) {
     const Case c = viscous_drop(viscosity);
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     const State state = make_state(c, scene);
     const double acoustic = 0.4 * 0.125 / std::sqrt(1e6 / 1000.0);
     // 1/(2 nu) dx^2, above rho c dx/2 = 1976 Pa s
@@ -236,7 +236,7 @@ TEST(UpdateStress, FindsAFaultInAnyNumberOfAnyParticleWithAnyLaw) {
 TEST(Step, NamesTheInvertedParticleAmongThoseItSpoils) {
   Case c = empty_case();
   c.bodies = {box_body(Vec3::Zero(), Vec3::Constant(0.5))};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   state.step = 42;
   testing::change_particle(state.grid, 17, [](Particle& p) {

@@ -254,7 +254,7 @@ TEST(SinglePrecision, StepsOfAnAvalancheStayCloseToDoublePrecision) {
   std::vector<State> ends;
   for (const Precision precision : {Precision::double_precision, Precision::single_precision}) {
     c.numerics.precision = precision;
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     EXPECT_EQ(state.grid.precision(), precision);
     Totals now = totals(state, scene);
@@ -299,7 +299,7 @@ TEST(SinglePrecision, ABodyInFreeFallKeepsItsAcceleration) {
   for (const Transfer transfer : {Transfer::apic, Transfer::flip, Transfer::aflip}) {
     c.numerics.transfer = transfer;
     c.bodies = {testing::box_body(Vec3::Zero(), Vec3::Constant(0.75), Vec3(17.0, -3.0, 5.0))};
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     const auto start = testing::particles_by_id(state.grid);
     constexpr double dt = 1e-3;
@@ -324,7 +324,7 @@ TEST(SinglePrecision, ADropOfSprayMayFlyForAnyTime) {
   c.material = WeaklyCompressibleFluid::Parameters{};
   c.numerics.gravity = 0.0;
   c.numerics.precision = Precision::single_precision;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state(c.numerics.cell_size, c.numerics.precision);
   Particle drop = particle_at(Vec3(0.3, 0.2, 0.1));
   testing::set_affine(drop, 100.0 * Mat3::Identity());
@@ -340,7 +340,7 @@ TEST(SinglePrecision, ADisplacementBeyondABlockIsUnstable) {
   Case c = testing::empty_case();
   c.numerics.precision = Precision::single_precision;
   c.bodies = {testing::box_body(Vec3::Zero(), Vec3::Constant(0.5), Vec3(1.0, 0.0, 0.0))};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   for (const double speed : {5e3, 1e9, 1e30, 1e200, -1e7}) {
     State state = make_state(c, scene);
     testing::change_particle(state.grid, 3, [&](Particle& p) { p.velocity[1] = speed; });

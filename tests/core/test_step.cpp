@@ -46,7 +46,7 @@ TEST(StableTimeStep, IsTheSafetyFactorTimesTheCellOverTheFastestSignal) {
   Case c = empty_case();
   c.bodies = {box_body(Vec3::Zero(), Vec3::Ones(), {3.0, 0.0, -4.0})};
   c.numerics.cfl = 0.3;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State state = make_state(c, scene);
   // c_P = sqrt((K + 4G/3) / rho_0) = sqrt(E (1 - nu) / ((1 + nu) (1 - 2 nu)) / rho_0) = 58.39 m/s for the paper's snow
   const double wave = std::sqrt(1e6 * 0.9 / (1.1 * 0.8) / 300.0);
@@ -58,7 +58,7 @@ TEST(StableTimeStep, FollowsTheFastestParticle) {
   Case c = empty_case();
   c.numerics.gravity = 0.0;
   c.bodies = {box_body(Vec3::Zero(), Vec3::Constant(0.5)), box_body(Vec3(5.0, 5.0, 5.0), Vec3::Constant(5.5), {0.0, 30.0, 0.0})};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   step(state, scene, 1e-3);
   EXPECT_NEAR(state.max_speed, 30.0, 1e-12);
@@ -66,7 +66,7 @@ TEST(StableTimeStep, FollowsTheFastestParticle) {
 
 TEST(StableTimeStep, ThatCollapsedIsUnstable) {
   const Case c = empty_case();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   for (const double speed : {1e9, HUGE_VAL, std::nan("")}) {
     State state(0.25);
     state.max_speed = speed;
@@ -78,7 +78,7 @@ TEST(StableTimeStep, ThatCollapsedIsUnstable) {
 
 TEST(Step, OfNothingDoesNothing) {
   const Case c = empty_case();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   advance(state, scene, 0.01);
   EXPECT_EQ(state.time, 0.01);
@@ -93,7 +93,7 @@ TEST(Step, LetsAFreeBodyFlyOnItsParabola) {
     Case c = empty_case();
     c.numerics.transfer = transfer;
     c.bodies = {box_body({-0.6, 0.2, 1.0}, {0.1, 0.9, 2.0}, {2.0, -3.0, 4.0})};
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     const auto before = testing::particles_by_id(state.grid);
     const double dt = 1e-3, t = 0.2;
@@ -114,7 +114,7 @@ TEST(Step, KeepsAngularMomentumOfAFreeApicBody) {
   c.numerics.transfer = Transfer::apic;
   c.numerics.gravity = 0.0;
   c.bodies = {box_body({-0.5, -0.75, -0.25}, {0.5, 0.75, 0.25})};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   Mat3 spin;  // spins and strains: the stress works
   spin << 0.5, -6.0, 1.0, 6.0, -1.0, 0.0, 2.0, 0.0, 0.5;
@@ -135,7 +135,7 @@ TEST(Step, KeepsAngularMomentumOfAFreeApicBody) {
 TEST(Advance, MeetsEveryTimeToTheBitInStepsThatAreStable) {
   Case c = empty_case();
   c.bodies = {box_body(Vec3::Zero(), Vec3::Constant(0.5), {1.0, 0.0, 0.0})};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   std::uint64_t calls = 0;
   for (const double time : {1e-9, 1.0 / 50.0, 0.02 + 1e-15, 2.0 / 30.0, 0.07, 0.0700001, 0.1}) {
@@ -163,7 +163,7 @@ TEST(ParticlesThatLeave, AreCountedWithMassAndMomentumAndOnlyOnce) {
   c.domain.max = Vec3(1.0, 1.0, 1.0);
   c.bodies = {box_body({0.4, -0.5, -0.5}, {0.9, 0.0, 0.0}, {10.0, 0.0, 0.0}), box_body({-0.5, -0.5, 0.4}, {0.0, 0.0, 0.9}, {0.0, 0.0, 7.0}),
               box_body({-0.9, 0.4, -0.9}, {-0.4, 0.9, -0.4}, {-8.0, 0.0, 0.0})};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   const Totals before = totals(state, scene);
   FluxTotals sum;
@@ -183,7 +183,7 @@ TEST(ParticlesThatLeave, LeaveInTheStepInWhichTheyCrossHoweverFar) {
   c.numerics.gravity = 0.0;
   c.domain.min = Vec3::Constant(-3.2 * 0.25);
   c.domain.max = Vec3::Constant(8.2 * 0.25);
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   for (int axis = 0; axis < 3; ++axis) {
     for (const auto& [from, to] : {std::pair{4.4, 8.4}, std::pair{0.6, -3.4}}) {
       State state(0.25);
@@ -215,7 +215,7 @@ class Unstable : public ::testing::Test {
   static constexpr std::uint64_t lonely = 987654;
   const Vec3 place{3.1, -2.2, 5.3};
   Case c;
-  Scene scene;
+  CaseScene scene;
   State state;
 };
 

@@ -78,7 +78,7 @@ class Checkpoint : public ::testing::Test {
   }
   testing::TemporaryDirectory directory;
   Case c;
-  Scene scene;
+  CaseScene scene;
   State state;
   RunProgress progress;
   Arrays observed;

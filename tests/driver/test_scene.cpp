@@ -50,7 +50,7 @@ TEST_P(Bodies, HaveTheExactVolumeMassAndCentreOfTheirShapeWhateverTheLattice) {
       BodySpec body = box_body(Vec3(-0.4, 2.0, 0.3), Vec3(-0.4, 2.0, 0.3) + size, {1.0, 2.0, 3.0});
       body.shape = GetParam().shape;
       c.bodies = {body};
-      const Scene scene = make_scene(c);
+      const CaseScene scene = make_scene(c);
       const State state = make_state(c, scene);
       const double volume = GetParam().volume * size.prod();
       double sum = 0.0;
@@ -81,7 +81,7 @@ TEST_P(Bodies, OfWhichAMirrorComputesAPartHaveTheMassOfTheWhole) {
         BodySpec body = box_body({-half, -half, 0.0}, {half, half, 1.0});
         body.shape = GetParam().shape;
         c.bodies = {body};
-        const Scene scene = make_scene(c);
+        const CaseScene scene = make_scene(c);
         const Totals whole = whole_of_mirrored(totals(make_state(c, scene), scene), scene.mirror);
         const double mass = 300.0 * GetParam().volume * 4.0 * half * half;
         EXPECT_NEAR(whole.mass, mass, 1e-12 * mass) << half << ' ' << x << y;
@@ -94,14 +94,14 @@ TEST(Bodies, ThatTouchAMirrorPlaneAreNotHalved) {
   Case c = empty_case();
   c.domain.mirror_y = true;
   c.bodies = {box_body({0.0, 0.0, 0.0}, {1.0, 0.5, 1.0})};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   EXPECT_NEAR(totals(make_state(c, scene), scene).mass, 150.0, 1e-10);
 }
 
 TEST(Bodies, AreNumberedInTheirOrderXFastest) {
   Case c = empty_case();
   c.bodies = {box_body({5.0, 0.0, 0.0}, {5.5, 0.25, 0.25}), box_body({0.0, 0.0, 0.0}, {0.25, 0.25, 0.25})};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State state = make_state(c, scene);
   const auto all = particles_by_id(state.grid);
   ASSERT_EQ(all.size(), 16U + 8U);
@@ -279,7 +279,7 @@ TEST_P(Bodies, AtRandomHaveTheirVolumeBesideMirrorPlanes) {
 TEST(Bodies, WithoutAParticleAreAConfigError) {
   Case c = empty_case();
   c.bodies = {box_body(Vec3::Zero(), Vec3(0.1, 0.1, 0.1))};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   EXPECT_NO_THROW(make_state(c, scene));  // however small: one particle at the centre
 }
 
@@ -333,10 +333,10 @@ TEST(MakeScene, ShiftsEverythingAgainstTheGridByTheOffset) {
   c.obstacle = ObstacleSpec{};
   c.domain = {.min = {-3.0, -3.0, -1.0}, .max = {3.0, 3.0, 3.0}};
   c.numerics.contact = ContactRule::nodal;
-  const Scene plain = make_scene(c);
+  const CaseScene plain = make_scene(c);
   const State there = make_state(c, plain);
   c.numerics.grid_offset = {0.25, -0.5, 0.75};
-  const Scene shifted = make_scene(c);
+  const CaseScene shifted = make_scene(c);
   const State state = make_state(c, shifted);
   const Vec3 by = c.numerics.cell_size * c.numerics.grid_offset;
   EXPECT_EQ(shifted.offset, by);

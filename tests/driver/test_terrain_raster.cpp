@@ -189,7 +189,7 @@ TEST_F(TerrainFiles, NeedOneOfFileAndRaster) {
 
 /// All numbers of a state after some steps.
 std::vector<Particle> stepped(const Case& c, int steps) {
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   for (int n = 0; n < steps; ++n) step(state, scene, stable_time_step(state, scene));
   return testing::particles_by_id(state.grid);

@@ -29,7 +29,7 @@ void require_places(const std::string& message) {
 
 /// A state is about as large as its estimate; lattices of small bodies are rounded to whole particles, each at least one.
 void require_state_as_estimated(const Case& c, const Estimate& e) {
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State state = make_state(c, scene);
   const double particles = static_cast<double>(state.grid.particle_count());
   require(particles <= 8.0 * e.particles + 8.0 * static_cast<double>(c.bodies.size()) + 512.0,

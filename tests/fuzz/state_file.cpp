@@ -54,7 +54,7 @@ struct Originals {
   Originals() {
     const testing::TemporaryDirectory directory;
     const Case c = small_case();
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     step(state, scene, 1e-4);
     std::vector<testing::ImpactSample> samples(3);
@@ -305,7 +305,7 @@ void use_checkpoint(const std::filesystem::path& path) {
   observers.load(observed, progress.samples);
   const Summary end = observers.summary(&state, &progress);
   (void)observers.results(end);
-  const Scene scene = make_scene(small_case());
+  const CaseScene scene = make_scene(small_case());
   (void)particle_table(state, scene);
   (void)step(state, scene, 1e-4);
 }

@@ -103,7 +103,7 @@ TEST(Conveyor, PlugOfTheBeginningHasItsVolumeMassAndSpeed) {
   for (const bool mirror : {true, false}) {
     Case c = small_avalanche();
     c.conveyor->mirror_y = mirror;
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     const State state = make_state(c, scene);
     const Totals t = whole_of_mirrored(totals(state, scene), {mirror, false});
     const double mass = 300.0 * 1.0 * 3.0 * (2.0 + 2.0 * 0.25);  // H W (upstream + two cells of reservoir)
@@ -121,7 +121,7 @@ TEST(Conveyor, StripIsAsLongAsThePublishedOne) {
   Case c = small_avalanche();
   c.conveyor->feed = ConveyorSpec::Feed::strip;
   c.output.duration = 2.0;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   double rear = 0.0;
   for (const Particle& p : testing::stored_particles(state.grid)) rear = std::min(rear, p.position[0]);
@@ -142,7 +142,7 @@ TEST(Conveyor, StaggeredLayersSampleTheCrossSectionEvenly) {
   Case c = plug(elastic_snow(), 4.0);
   c.conveyor->upstream_length = 4.5;
   c.numerics.gravity = 0.0;  // so that heights are not settled
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const auto per_layer = particles_per_layer(*c.conveyor, 0.125);
   const State state = make_state(c, scene);
   const double spacing = 0.125;
@@ -168,7 +168,7 @@ TEST(Conveyor, RandomParticlesBringTheMassOfTheLatticeAndKeepTheirDistance) {
   c.conveyor->lattice = Lattice::random;
   c.conveyor->upstream_length = 7.5;  // and two cells of reservoir: 64 layers, twice the period of the points
   c.numerics.gravity = 0.0;           // so that heights are not settled
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State state = make_state(c, scene);
   const double spacing = 0.125, length = 64 * spacing, mass = 300.0 * 1.0 * 1.5 * length;
   EXPECT_NEAR(totals(state, scene).mass, mass, 1e-12 * mass);
@@ -191,7 +191,7 @@ TEST(Conveyor, InclinedFrontIsThePlugWithoutTheSnowAboveItsSlope) {
     c.conveyor->lattice = lattice;
     for (const double angle : {90.0, 45.0, 30.0}) {
       c.conveyor->front_angle = angle / 180.0 * std::numbers::pi;
-      const Scene scene = make_scene(c);
+      const CaseScene scene = make_scene(c);
       State state = make_state(c, scene);
       const double run = angle == 90.0 ? 0.0 : 1.0 / std::tan(c.conveyor->front_angle);
       for (const Particle& p : testing::stored_particles(state.grid)) ASSERT_LE(p.position[0], 1e-12 - run * p.position[2]) << angle;
@@ -218,7 +218,7 @@ TEST_P(PlugWithoutObstacle, StaysAPlug) {
   c.conveyor->lattice = lattice;
   c.numerics.contact = ContactRule::nodal;  // the floor's cell below
   c.numerics.transfer = Transfer::apic;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const auto per_layer = particles_per_layer(*c.conveyor, 0.125);
   State state = make_state(c, scene);
   advance(state, scene, 0.8);
@@ -275,7 +275,7 @@ TEST(Conveyor, MirroredHalvesAgreeWithTheWhole) {
   half_case.numerics.contact = ContactRule::nodal;  // the sweeps of contact at a surface go from one end of the whole mast to the other
   Case whole_case = half_case;
   whole_case.conveyor->mirror_y = false;
-  const Scene half_scene = make_scene(half_case), whole_scene = make_scene(whole_case);
+  const CaseScene half_scene = make_scene(half_case), whole_scene = make_scene(whole_case);
   State half = make_state(half_case, half_scene), whole = make_state(whole_case, whole_scene);
   Vec3 half_force = Vec3::Zero(), whole_force_sum = Vec3::Zero();
   for (int n = 0; n < 60; ++n) {

@@ -48,7 +48,7 @@ std::vector<std::pair<const char*, Case>> varying() {
 
 TEST(VaryingInflow, BooksMassAndMomentumExactlyInEveryStep) {
   for (const auto& [name, c] : varying()) {
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     Totals before = totals(state, scene);
     std::uint64_t entered = 0;
@@ -72,7 +72,7 @@ TEST(VaryingInflow, BooksMassAndMomentumExactlyInEveryStep) {
 TEST(VaryingInflow, GivesTheSameBitsOnAnyNumberOfThreadsAndAfterACheckpoint) {
   const testing::TemporaryDirectory folder;
   for (const auto& [name, c] : varying()) {
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     const auto run = [&](int threads, bool interrupted) {
       omp_set_num_threads(threads);
       State state = make_state(c, scene);
@@ -102,7 +102,7 @@ TEST(VaryingInflow, LeavesASteadyPlugAsItIs) {
   const Case plain = testing::small_avalanche();
   std::vector<std::vector<Particle>> last;
   for (const Case& c : {plain, table}) {
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     advance(state, scene, 0.3);
     last.push_back(testing::particles_by_id(state.grid));
@@ -117,7 +117,7 @@ TEST(VaryingInflow, LeavesASteadyPlugAsItIs) {
 TEST(ChangingInflow, BringsTheMassOfItsTable) {
   Case c = changing();
   c.obstacle.reset();
-  const Scene scene = make_scene(c), random = make_scene(at_random(c));
+  const CaseScene scene = make_scene(c), random = make_scene(at_random(c));
   State state = make_state(c, scene), of_random = make_state(at_random(c), random);
   const Inflow inflow(*c.conveyor);
   double expected = 0.0, largest = 0.0;  // half of the width
@@ -142,7 +142,7 @@ TEST(ChangingInflow, EntersWithTheSpeedAndHeightOfTheMoment) {
   Case c = changing();
   c.obstacle.reset();
   c.conveyor->inflow[1].density_ratio = 1.0;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   const Inflow inflow(*c.conveyor);
   for (const double t : {0.1, 0.2, 0.3, 0.45}) {
@@ -165,7 +165,7 @@ TEST(ShearedInflow, RowsEnterAtTheirOwnSpeeds) {
     s.numerics.transfer = Transfer::apic;  // with AFLIP the lowest row, half a cell above the floor, differs by 25 % from the shear profile
     return s;
   }();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   const Inflow inflow(*c.conveyor);
   const double end = 0.4;
@@ -188,7 +188,7 @@ TEST(ShearedInflow, CarriesTheSameMassAndMoreMomentumThanThePlug) {
   Case plug = testing::small_avalanche();
   plug.conveyor->sidewall_contact = Contact::slip;
   for (const auto& c : {sheared(0.0, 1.0), sheared(0.5, 2.0)}) {
-    const Scene scene = make_scene(c), plain = make_scene(plug);
+    const CaseScene scene = make_scene(c), plain = make_scene(plug);
     const Totals t = totals(make_state(c, scene), scene), p = totals(make_state(plug, plain), plain);
     const double late = Inflow(*c.conveyor).shear(1.0) * spacing;  // a deeper reservoir, to whole layers
     EXPECT_NEAR(t.mass / p.mass, (2.5 + late) / 2.5, spacing / 2.5);

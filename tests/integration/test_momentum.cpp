@@ -15,7 +15,7 @@ using testing::wall;
 
 /// Steps and checks each; returns the impulses' sum over all steps.
 std::vector<Vec3> expect_balance(const Case& c, int steps) {
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   std::vector<Vec3> impulses(scene.boundaries.size(), Vec3::Zero());
   Totals before = totals(state, scene);
@@ -167,7 +167,7 @@ TEST_P(Momentum, OfARestingColumnGivesTheFloorItsWeight) {
       c.walls.push_back(wall(Vec3::Zero(), Vec3::Unit(axis), Contact::slip));
       c.walls.push_back(wall(0.5 * Vec3::Unit(axis), -Vec3::Unit(axis), Contact::slip));
     }
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     // Dropped without stress it swings about its equilibrium with amplitude m g H / c_P of the momentum, 0.17 m/s. Over a second that could
     // change the floor's part by 0.17 / 9.81 = 1.7 %. Walls that act on nodes damp it: little is left after the first second. At surfaces

@@ -18,7 +18,7 @@ struct Outcome {
 
 Outcome run(const Case& c, int threads, int steps) {
   omp_set_num_threads(threads);
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   Outcome outcome;
   for (int n = 0; n < steps; ++n) {

@@ -71,7 +71,7 @@ Case wide_body() {
 
 TEST(BlockCosts, AreMeasuredOrThoseOfAsManyOtherParticles) {
   const Case c = wide_body();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State state = make_state(c, scene);
   const auto blocks = state.grid.occupied_blocks();
   const auto particles = [&](std::size_t i) { return state.grid.block(blocks[i]).particles.count(); };
@@ -87,7 +87,7 @@ TEST(BlockCosts, AreMeasuredOrThoseOfAsManyOtherParticles) {
 
 TEST(BlockCosts, IncludeWhatARankComputesBesidesTheMotionOfParticles) {
   const Case c = wide_body();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State state = make_state(c, scene);
   const auto sum = [&](const BlockCosts& costs) {
     const std::vector<double> all = costs.of_occupied_blocks(state.grid);
@@ -114,7 +114,7 @@ TEST(Balancing, MovesBlocksAwayFromARankWhoseParticlesTakeLonger) {
   double before[2] = {}, after[2] = {};  // cost of the particles of each rank
   testing::on_ranks(2, [&](Transport& transport) {
     NothingMeasured exchange(transport, {.threshold = 1.05, .gain = 0.0, .interval = 1});
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = exchange.first() ? make_state(c, scene) : State(c.numerics.cell_size, c.numerics.precision);
     state.grid.divide(exchange);
     const auto weight = [&](const Block& block) { return block.coordinate[1] < 0 ? slowness : 1.0; };

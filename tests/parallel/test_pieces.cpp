@@ -55,7 +55,7 @@ constexpr PieceSize hundred{.particles = 100};
 
 TEST(Pieces, ParticlesOfOneRankComeByRisingNumber) {
   const Case c = body_with_gaps();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State state = stepped(c, scene, nullptr);
   const auto expected = testing::particles_by_id(state.grid);
   ASSERT_GT(expected.size(), 1000U);
@@ -82,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(Precisions, PiecesOfRanks, ::testing::Values(Precision:
 TEST_P(PiecesOfRanks, GiveEachRankOneStretchOfTheNumbers) {
   Case c = body_with_gaps();
   c.numerics.precision = GetParam();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const auto expected = testing::particles_by_id(stepped(c, scene, nullptr).grid);
   std::array<Passed, 3> passed;
   testing::on_ranks(3, [&](Transport& transport) {

@@ -57,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, RankFiles, ::testing::Values(testing::rank_cases
 
 TEST_P(RankFiles, HaveTheBytesOfOneRankAlsoAfterOtherRanksWentOnFromThem) {
   const Case& c = GetParam().c;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const TemporaryDirectory one, one_later, several, later;
   {
     State state = make_state(c, scene);
@@ -87,7 +87,7 @@ TEST_P(RankFiles, HaveTheBytesOfOneRankAlsoAfterOtherRanksWentOnFromThem) {
 
 TEST(DividedStart, GivesEveryRankItsShareFromTheBeginning) {
   const Case c = testing::rank_cases()[2].c;  // without joined blocks: shares are even to within half a block
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const std::size_t all = make_state(c, scene).grid.particle_count();
   std::array<std::size_t, 3> own{};
   testing::on_ranks(3, [&](Transport& transport) {
@@ -106,7 +106,7 @@ TEST(DividedStart, GivesEveryRankItsShareFromTheBeginning) {
 /// The newest checkpoint has a particle that is not in its cell, in a block of any rank.
 TEST(RankFiles, ACheckpointThatOneRankRefusesIsReplacedByTheOneBefore) {
   const Case c = testing::rank_cases()[5].c;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const TemporaryDirectory folder, expected, found;
   State alone = make_state(c, scene);
   write_checkpoint(folder / previous_checkpoint_file, c, alone, {.samples = 1}, {});

@@ -63,7 +63,7 @@ void take_steps(State& state, const Scene& scene, int steps, Outcome& outcome) {
 
 Outcome on_one_rank(const Case& c, int steps) {
   Outcome outcome;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   take_steps(state, scene, steps, outcome);
   outcome.particles = testing::stored_particles(state.grid);
@@ -77,7 +77,7 @@ Outcome on_several(const Case& c, int steps, int ranks, int threads, const Balan
     omp_set_num_threads(threads);
     BlockExchange exchange(transport, balancing);
     if (!exchange.first()) return work_on(c, exchange);
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene, &exchange);
     take_steps(state, scene, steps, outcome);
     write_checkpoint(directory / "checkpoint.h5", c, state, {}, {});
@@ -128,7 +128,7 @@ TEST_P(OnRanks, EveryBitIsThatOfOneRank) {
 TEST(Ranks, AFaultOfOneEndsAllWithItsMessage) {
   Case c = testing::empty_case();
   c.bodies = {testing::box_body({-2.0, -1.0, 0.0}, {2.0, 1.0, 2.0})};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const auto spoil = [](State& state) {
     testing::change_particle(state.grid, state.next_id - 1, [](Particle& p) { p.affine[0] = std::numeric_limits<double>::quiet_NaN(); });
   };
@@ -207,7 +207,7 @@ class Delayed : public Transport {
 TEST(Ranks, WorkOnBlocksThatNeedNoMessagesBeforeTheyWaitForAny) {
   Case c = testing::empty_case();
   c.bodies = {testing::box_body({-2.0, -3.0, 0.0}, {2.0, 1.0, 2.0}, {1.0, 0.5, 0.5})};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   int inner = 0, outer = 0;
   std::vector<MessageKind> waits;
   testing::on_ranks(2, [&](Transport& transport) {
@@ -254,7 +254,7 @@ TEST(Ranks, CountsOfARunAreWhatTheModelOfScalingReads) {
   testing::on_ranks(3, [&](Transport& transport) {
     BlockExchange exchange(transport);
     if (!exchange.first()) return work_on(c, exchange);
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     State state = make_state(c, scene);
     state.grid.divide(exchange);
     Outcome outcome;

@@ -436,7 +436,7 @@ FlowPicture block_picture(const std::filesystem::path& directory, FlowPicture pi
   c.numerics.cell_size = 0.25;
   c.bodies.push_back({BodySpec::Shape::box, Vec3(-1.0, -0.5, 0.0), Vec3(0.0, 0.5, 0.5), Vec3(2.0, 0.0, 0.0), Lattice::aligned});
   c.walls.push_back({});  // z = 0, upwards
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   return flow_picture(directory, make_state(c, scene), scene, std::move(picture));
 }
 
@@ -467,7 +467,7 @@ TEST_P(FlowPictureOfAnObstacle, DrawsItsSectionWhateverItsShape) {
     c.numerics.contact = GetParam();
     c.bodies.push_back({BodySpec::Shape::box, Vec3(-2.0, -0.5, 0.0), Vec3(-1.0, 0.5, 0.5), Vec3::Zero()});
     c.obstacle = ObstacleSpec{.shape = mast.shape, .height = 1.5};
-    const Scene scene = make_scene(c);
+    const CaseScene scene = make_scene(c);
     const FlowPicture picture = flow_picture(scratch.path, make_state(c, scene), scene, {.id = "mast"});
     ASSERT_EQ(picture.boxes.size(), 1u);
     EXPECT_NEAR(picture.boxes[0][0], mast.from, 1e-12);

@@ -76,7 +76,7 @@ Case layer() {
 
 TEST(StaggeredState, KeepsTheBoxAndTheMassOfEveryPlane) {
   const Case c = layer();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State plain = make_state(c, scene), staggered = staggered_state(c, scene, 2, 0);
   ASSERT_EQ(plain.grid.particle_count(), staggered.grid.particle_count());
   EXPECT_EQ(plain.next_id, staggered.next_id);
@@ -96,7 +96,7 @@ TEST(StaggeredState, KeepsTheBoxAndTheMassOfEveryPlane) {
 
 TEST(HydrostaticState, CarriesTheWeightAboveAndKeepsTheColumnsHeight) {
   const Case c = layer();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State state = hydrostatic_state(c, scene, 2, 0);
   const HydrostaticColumn column(density, gravity, tait_curve(bulk, c.material.as<WeaklyCompressibleFluid>().tait_exponent));
   double top = 0.0;
@@ -111,7 +111,7 @@ TEST(HydrostaticState, CarriesTheWeightAboveAndKeepsTheColumnsHeight) {
 
 TEST(DepthProfile, OfALayerIsItsMassPerArea) {
   const Case c = layer();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const DepthProfile p = depth_profile(make_state(c, scene), density, -1.0, 3.0, 0.5, 0.25);
   for (std::size_t i = 0; i < p.mass.size(); ++i) EXPECT_NEAR(p.mass[i], 2.0 * density, 1e-9) << i;
 }

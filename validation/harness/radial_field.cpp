@@ -68,7 +68,7 @@ RadialErrors run_radial(const Case& base, const RadialSetting& s, const RadialMo
   c.domain.min = Vec3(-1.0, -1.0, -1.0) * s.outer;
   c.domain.max = Vec3(3.0, 3.0, 3.0) * s.outer;
   c.walls[1].point.z() = side;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state(dx);
   const double innermost = s.inner - depth_of_driver * dx, outermost = s.free_surface ? s.outer : s.outer + depth_of_driver * dx;
   std::vector<Vec3> reference;

@@ -11,7 +11,7 @@ int main() {
   snow.numerics.cell_size = 0.125;
   snow.bodies.push_back({.min = {0.0, 0.0, 0.0}, .max = {1.0, 1.0, 0.5}, .velocity = {0.0, 0.0, -4.0}});
   snow.walls.push_back({.normal = mpm::Vec3::UnitZ(), .contact = mpm::Contact::separable, .friction = 0.3});
-  const mpm::Scene scene = mpm::make_scene(snow);
+  const mpm::CaseScene scene = mpm::make_scene(snow);
   mpm::State state = mpm::make_state(snow, scene);
 
   const auto momentum_z = [&] {

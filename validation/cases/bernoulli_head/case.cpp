@@ -98,7 +98,7 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
   rise.incoming_head =
       rise.bound - 0.5 * snow.density * g * rise.flow_height * rise.flow_height / bulk_modulus(snow.young_modulus, snow.poisson_ratio);
   const Jet jet = free_jet(rise.flow_height, rise.bound);
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   const ImpactGeometry geometry = *impact_geometry(c);
   Runup heights(geometry);

@@ -205,7 +205,7 @@ Measured hit(const CaseContext& context, const Settings& s, const Waves& exact) 
   const Setup setup = shock_setup(context.read_case(), s, exact);
   const Case& c = setup.spec;
   const double length = c.bodies[0].max.x(), side = c.bodies[0].max.y(), v = s.snow.velocity, density = c.material.density();
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State lattice = setup.start(c, scene);
   const std::vector<Vec3> reference = reference_positions(lattice);
   const double area = side * side, start = totals(lattice, scene).kinetic_energy;

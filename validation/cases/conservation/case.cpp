@@ -100,7 +100,7 @@ void collide(const CaseContext& context, CaseResult& result, const Balls& kind) 
   c.numerics.flip_ratio = kind.flip_ratio;
   const bool apic = kind.transfer == Transfer::apic, yields = kind.plastic;
   const std::string& word = kind.word;
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   const Totals start = totals(state, scene);
   const double duration = c.output.duration;
@@ -185,7 +185,7 @@ void drop(const CaseContext& context, CaseResult& result) {
   floor.friction = 0.4;
   floor.velocity = Vec3(0.0, 1.0, 0.0);
   c.walls.push_back(floor);
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   Totals before = totals(state, scene);
   const double scale = before.momentum_scale;
@@ -487,7 +487,7 @@ void spin_ball(const CaseContext& context, CaseResult& result, Transfer transfer
   c.material = of_law(c.material, false);
   constexpr double radius = 0.5, omega = 4.0;
   c.bodies = {{BodySpec::Shape::sphere, Vec3::Constant(-radius), Vec3::Constant(radius), Vec3::Zero(), Lattice::aligned}};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   const std::vector<Vec3> reference = reference_positions(state);
   state.grid.change_particles([&](Particle& p) {
@@ -542,7 +542,7 @@ double energy_lost(const CaseContext& context, int cells, double cfl, Transfer t
   c.numerics.transfer = transfer;
   c.numerics.flip_ratio = flip_ratio;
   c.bodies = {{BodySpec::Shape::box, Vec3::Zero(), Vec3::Ones(), Vec3::Zero(), Lattice::aligned}};
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state = make_state(c, scene);
   const double speed = wave_speed_of(scene.material);
   const Vec3 size = 0.01 * speed * Vec3(1.0, -0.7, 0.5);  // strains of 1 %

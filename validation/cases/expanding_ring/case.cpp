@@ -137,7 +137,7 @@ Errors expand(const CaseContext& context, const Settings& s) {
   c.walls[1].point.z() = spacing;
   const auto& law = c.material.as<HenckyElastic>();
   const Ring exact(law, s.edges, s.amplitude);
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   State state(dx, c.numerics.precision);
   std::vector<Vec3> reference;
   const double rest = s.edges == Edges::held ? margin : 0.0;

@@ -135,7 +135,7 @@ Errors simulate(const CaseContext& context, const Settings& s) {
   const double amplitude = 0.05;
   const Solution exact(c.material, amplitude * (s.quasi_1d ? Vec3(1.0, 0.0, 0.0) : Vec3(1.0, 1.0, 1.0)));
 
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State lattice = make_state(c, scene);
   const std::vector<Vec3> reference = reference_positions(lattice);
   std::vector<Place> places;

@@ -120,7 +120,7 @@ Errors turn(const CaseContext& context, const Settings& s) {
   c.bodies[0].max = Vec3(radius, radius, side);
   c.walls[1].point.z() = side;
   const Vortex exact(c.material.as<HenckyElastic>(), s.angle);
-  const Scene scene = make_scene(c);
+  const CaseScene scene = make_scene(c);
   const State disc = make_state(c, scene);
   const std::vector<Vec3> reference = reference_positions(disc);
   State state(dx, c.numerics.precision);
