@@ -20,6 +20,9 @@ class HenckyModuli {
     double poisson_ratio = 0.1;    ///< nu
     bool operator==(const Parameters&) const = default;
 
+    /// These without the other parameters of a law, for another law with the same elastic part.
+    [[nodiscard]] const Parameters& moduli() const { return *this; }
+
     /// The keys of density and elastic moduli (base/parameter.hpp).
     template <class Table>
     static void declare(Table& table) {

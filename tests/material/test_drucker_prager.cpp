@@ -219,7 +219,7 @@ TEST(DruckerPragerRandom, EndsOnOrInsideTheConeAndDissipatesForEveryTrialState) 
     for (const double cohesion : {0.0, 1e3})
       for (const double psi : {0.0, 12.0, 30.0}) {
         const DruckerPrager law(sand(matching, 30.0, cohesion, psi));
-        const HenckyElastic elastic(HenckyElastic::Parameters{sand(matching)});
+        const HenckyElastic elastic(HenckyElastic::Parameters{sand(matching).moduli()});
         MaterialState<double> s{};
         for (int i = 0; i < 20000; ++i) {
           const double size = std::pow(10.0, random(-8.0, -0.5));
@@ -306,7 +306,7 @@ TEST(DruckerPragerRate, SolvesTheImplicitEquationForEveryTrialState) {
   // After each step: q = (A(I)) p + C with I of that step's plastic shear rate.
   const DruckerPrager::Parameters spec = rate_dependent();
   const DruckerPrager law(spec);
-  const HenckyElastic elastic(HenckyElastic::Parameters{spec});
+  const HenckyElastic elastic(HenckyElastic::Parameters{spec.moduli()});
   Random random;
   int yielding = 0;
   for (int i = 0; i < 50000; ++i) {

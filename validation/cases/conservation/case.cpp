@@ -82,7 +82,7 @@ const HenckyModuli* moduli_of(const AnyMaterial& material) {
 /// Snow of the case, or elastic with the same moduli.
 MaterialParameters of_law(const MaterialParameters& snow, bool plastic) {
   if (plastic) return snow;
-  return HenckyElastic::Parameters{snow.as<mpm::CamClay>()};
+  return HenckyElastic::Parameters{snow.as<mpm::CamClay>().moduli()};
 }
 
 struct Balls {

@@ -240,7 +240,7 @@ Case mu_of_i(Case c) {
 Case cam_clay(Case c, const Column& column) {
   const DruckerPrager::Parameters& sand = c.material.as<DruckerPrager>();
   mpm::CamClay::Parameters m;
-  static_cast<HenckyModuli::Parameters&>(m) = sand;
+  static_cast<HenckyModuli::Parameters&>(m) = sand.moduli();
   m.critical_state_slope = std::numbers::sqrt3 * std::tan(sand.friction_angle);
   m.cohesion_beta = 0.0;
   m.hardening_xi = 30.0;

@@ -197,7 +197,7 @@ Mat3 to_mat3(const Sym3<double>& s) {
 void hencky_simple_shear(const CaseContext& context, CaseResult& result, const mpm::CamClay::Parameters& base) {
   mpm::CamClay::Parameters strong = with_plasticity(base, 0.8, 0.3, 5.0);
   strong.preconsolidation_pressure = 1e9;  // so strong that it stays elastic
-  const HenckyElastic::Parameters elastic{strong};
+  const HenckyElastic::Parameters elastic{strong.moduli()};
   const CamClay model = reference_model(strong);
   const auto path = [](double gamma) {
     Mat3 l = Mat3::Zero();
