@@ -221,7 +221,7 @@ std::array<double, 5> parts_of(const StepTimes& t) { return {t.particle_to_grid,
 
 double quantile(std::vector<double> v, double fraction) {
   std::sort(v.begin(), v.end());
-  return v[static_cast<std::size_t>(fraction * static_cast<double>(v.size() - 1) + 0.5)];
+  return v[static_cast<std::size_t>(std::lround(fraction * static_cast<double>(v.size() - 1)))];
 }
 double median(std::vector<double> v) { return quantile(std::move(v), 0.5); }
 

@@ -68,7 +68,7 @@ std::vector<plain::Particle> read_particles(const Path& file, const plain::Law& 
   }
   for (std::size_t k = 0; k < components.size(); ++k) {
     const auto [i, j] = components[k];
-    fill(fmt::format("stress_{}_pa", component_names[k]), [i, j](plain::Particle& p) -> double& { return p.tau(i, j); });
+    fill(fmt::format("stress_{}_pa", component_names[k]), [i = i, j = j](plain::Particle& p) -> double& { return p.tau(i, j); });
   }
   fill("volume_m3", [](plain::Particle& p) -> double& { return p.volume; });
   fill("volume_ratio", [](plain::Particle& p) -> double& { return p.ratio; });

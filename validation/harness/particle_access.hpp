@@ -13,7 +13,7 @@ inline StepReport settling_step(State& state, Scene& scene, const Vec3& full_gra
   const double dt = stable_time_step(state, scene);
   const double fraction = state.time >= ramp ? 1.0 : 0.5 * (1.0 - std::cos(std::numbers::pi * state.time / ramp));
   scene.gravity = fraction * full_gravity;
-  const StepReport report = step(state, scene, dt);
+  StepReport report = step(state, scene, dt);
   const double keep = std::exp(-damping * dt);
   state.grid.change_particles([keep](Particle& p) {
     for (double& v : p.velocity) v *= keep;

@@ -97,8 +97,8 @@ Plot heights_over_froude(const std::vector<ImpactRun>& runs, bool pressure) {
             "",
             true,
             !pressure};
-  std::vector<double> fr;
-  for (double f = 0.1; f < 7.05; f *= 1.05) fr.push_back(f);
+  std::vector<double> fr{0.1};
+  while (fr.back() * 1.05 < 7.05) fr.push_back(fr.back() * 1.05);
   std::vector<double> done;
   for (const ImpactRun& first : runs) {
     const double h = first.flow_height();

@@ -300,7 +300,9 @@ void run(const CaseContext& context, CaseResult& result) {
 
   Series bound{"H + v²/2g", {}, {}, Series::Style::reference},
       lossy{"less the plastic loss of the stagnation streamline", {}, {}, Series::Style::bound};
-  for (double f = 0.8; f < 5.6; f *= 1.02) {
+  std::vector<double> froude{0.8};
+  while (froude.back() * 1.02 < 5.6) froude.push_back(froude.back() * 1.02);
+  for (const double f : froude) {
     const double v = flow_velocity(f, c.conveyor->flow_height), b = bernoulli_height(v, c.conveyor->flow_height);
     bound.x.push_back(f);
     bound.y.push_back(b / c.conveyor->flow_height);

@@ -276,7 +276,8 @@ void ends_without_walls(const CaseContext& context, CaseResult& result, const st
   for (const Method& m : methods) {
     const Sweep s = sweep(context, {.ends = Ends::mirror, .transfer = m.transfer, .flip_ratio = m.flip_ratio}, grids);
     work += s.particle_steps;
-    Series line_f{m.name + ", analysis", s.cell, {}, Series::Style::reference}, line_d = line_f;
+    Series line_f{m.name + ", analysis", s.cell, {}, Series::Style::reference};
+    Series line_d = line_f;
     for (const double h : s.cell) {
       const Dispersion d = dispersion(0.5 * pi * h, 2, 0.4, m.transfer, m.flip_ratio);
       line_f.y.push_back(std::abs(d.frequency - 1.0));
