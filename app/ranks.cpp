@@ -84,7 +84,7 @@ RunResult Session::run(const Case& c, RunOptions options) {
   options.ranks = &group_->exchange.emplace(group_->transport, Balancing{.forced = forced});
   group_->start(options.threads);
   options.threads = omp_get_max_threads();
-  const RunResult result = run_case(c, options);
+  RunResult result = run_case(c, options);
   group_->end_run();
   return result;
 }

@@ -385,7 +385,7 @@ TEST_P(SymmetricStencil, HasTheImageOfEveryRow) {
   for (const ContactRow& row : whole.rows) {
     auto [entries, made] = rows.try_emplace(name(row, 1.0));
     EXPECT_TRUE(made);
-    for_entries(whole, row, [&](const ContactEntry& e, const auto& node) { entries->second[node.at] = e; });
+    for_entries(whole, row, [&entries = entries](const ContactEntry& e, const auto& node) { entries->second[node.at] = e; });
   }
   for (const ContactRow& row : whole.rows) {
     const auto image = rows.find(name(row, -1.0));

@@ -51,7 +51,7 @@ class CampaignFolder : public ::testing::Test {
   /// A program that does what a shell script says, in place of mpm; $3 is the folder of the run... `run CASE --out DIR --threads N
   /// --resume`.
   [[nodiscard]] fs::path program(const std::string& script) const {
-    const fs::path path = directory_ / "program.sh";
+    fs::path path = directory_ / "program.sh";
     std::ofstream(path) << "#!/bin/sh\n" << script;
     fs::permissions(path, fs::perms::owner_all);
     return path;

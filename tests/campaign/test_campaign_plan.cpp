@@ -310,8 +310,7 @@ parameters = { "numerics.cfl" = [0.4], g = "groups", "numerics.cfl, numerics.slo
 )");
   for (const char* part :
        {"plan.toml:12:16: [[grid]] 1 parameters: conveyor.froude_number = \"speed\": [lists] has no such list; did you mean \"speeds\"?",
-        "plan.toml:14:16: [[grid]] 2 parameters: numerics.transfer = \"apic\": [lists] has no such list; give a list of values, or the "
-        "name",
+        "plan.toml:14:16: [[grid]] 2 parameters: numerics.transfer = \"apic\": [lists] has no such list; give a list of values, or the",
         "plan.toml:4:1: [lists] number = 3 is an integer; give a list of values, or groups of settings",
         "plan.toml:16:16: [[grid]] 3 parameters: conveyor.froude_number = \"none\" is empty",
         "plan.toml:6:13: [[grid]] 3 parameters: material.cohesion_beta: 1 is given twice",

@@ -120,7 +120,7 @@ TEST(HostileKeys, RefuseEveryOtherType) {
       std::string text;
       std::vector<KeyType> fits;  ///< types that it may be a value of
     };
-    using enum KeyType;
+    using enum ParameterType;
     const Literal literals[] = {{"true", {boolean}},
                                 {"\"zzzzzzzz\"", {text}},
                                 {"12345", {number, integer}},

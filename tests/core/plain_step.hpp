@@ -256,7 +256,9 @@ class Solver {
       auto was = before.begin();
       for (const auto& [at, n] : nodes_) {
         // an image is what it is the image of
-        const auto parts = [&](bool mirror, std::size_t axis) { return !mirror ? 1.0 : at[axis] > 0 ? 2.0 : at[axis] == 0 ? 1.0 : 0.0; };
+        const auto parts = [&at = at](bool mirror, std::size_t axis) {
+          return !mirror ? 1.0 : at[axis] > 0 ? 2.0 : at[axis] == 0 ? 1.0 : 0.0;
+        };
         impulses[b] += parts(scene_.mirror.x, 0) * parts(scene_.mirror.y, 1) * n.mass * (*was++ - n.v);
       }
     }
@@ -411,7 +413,7 @@ class Solver {
     if (kind == Contact::no_slip) return Vec3::Zero();
     const double approach = -v.dot(normal);
     if (approach <= 0.0 && kind == Contact::separable) return v;
-    const Vec3 along = v + approach * normal;
+    Vec3 along = v + approach * normal;
     if (approach <= 0.0 || along.norm() == 0.0) return along;
     return std::max(0.0, 1.0 - friction * approach / along.norm()) * along;
   }

@@ -107,7 +107,7 @@ TEST(FoldedTerrain, LetsAFieldThroughThatIsLinearFromThePlaneOn) {
         Grid before = filled(ground, linear), after = filled(ground, linear);
         fold(after, ground);
         // 10 m/s; heights are rounded, 1e-16 of 4 m/s a cell
-        for_each_node(before, [&](Node& n, const Index3& at) {
+        for_each_node(before, [&, along_x = along_x](Node& n, const Index3& at) {
           if (std::abs(ground.surface(dx * Vec3(at[0], at[1], 0.0)).height) > 1.2) return;  // its master may be outside the grid
           EXPECT_LE((velocity_of(n) - velocity_of(*find_node(after, at))).norm(), 20.0 * round_off) << along_x << ' ' << height;
         });

@@ -441,7 +441,7 @@ TEST(FoldedWall, FallsBackToNodesBetweenWallsThatAreTooClose) {
   };
   auto [surface, by_surface] = run(ContactRule::surface);
   auto [nodal, by_nodes] = run(ContactRule::nodal);
-  for_each_node(surface, [&](Node& n, const Index3& at) { EXPECT_EQ(velocity_of(n), velocity_of(*find_node(nodal, at))); });
+  for_each_node(surface, [&nodal = nodal](Node& n, const Index3& at) { EXPECT_EQ(velocity_of(n), velocity_of(*find_node(nodal, at))); });
   for (std::size_t b = 0; b < 2; ++b) EXPECT_EQ(by_surface[b].linear, by_nodes[b].linear);
 }
 

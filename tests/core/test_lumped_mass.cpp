@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <complex>
+#include <cstring>
 #include <functional>
 #include <random>
 #include <vector>

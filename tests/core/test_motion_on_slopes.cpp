@@ -101,12 +101,13 @@ Rest rest_on(const Incline& incline) {
   State state = incline.block(true);
   const double start = incline.centre(state).dot(incline.normal()), duration = 0.4;
   Rest rest;
-  int samples = 0;
+  int steps = 0, samples = 0;
   advance(state, scene, duration, [&](const StepReport& report) {
     rest.impulse -= report.impulses[0].linear.dot(incline.normal());
     rest.sideways += report.impulses[0].linear.dot(incline.along());
     rest.drift = std::max(rest.drift, std::abs(incline.centre(state).dot(incline.normal()) - start) / settlement);
-    if (++samples % 20 != 0) return;
+    if (++steps % 20 != 0) return;
+    ++samples;
     double error = 0.0;
     int count = 0;
     state.grid.for_each_particle([&](const Particle& p) {
@@ -120,7 +121,7 @@ Rest rest_on(const Incline& incline) {
     });
     rest.stress += std::sqrt(error / count) / (density * g * height);
   });
-  rest.stress /= samples / 20;
+  rest.stress /= samples;
   rest.impulse /= Incline::weight() * duration;
   rest.sideways /= Incline::weight() * duration;
   return rest;

@@ -212,7 +212,7 @@ ContactImpulse let_go(const Outline& outline, double& change) {
     return node_of({(6.0 + n[0]) * r.x(), (6.0 + n[0]) * r.y(), n[2]}, n[3]);
   };
   Grid before = filled(outline, away), after = filled(outline, away);
-  const ContactImpulse recorded = apply_surface_contact(after, solid_of(outline, 0.4));
+  ContactImpulse recorded = apply_surface_contact(after, solid_of(outline, 0.4));
   change = largest_change(before, after);
   return recorded;
 }
@@ -245,7 +245,7 @@ TEST_P(SurfaceContact, GivesTheSameBitsOnAnyNumberOfThreadsAndWhereverBlocksEnd)
     for (const int threads : {1, 2, 3}) {
       for (int shift = 0; shift < 4; ++shift) {
         auto [grid, many] = run(threads, shift);
-        for_each_node(grid, [&](Node& n, const Index3& at) {
+        for_each_node(grid, [&, &reference = reference](Node& n, const Index3& at) {
           const Node* r = find_node(reference, {at[0], at[1], at[2] - shift});
           if (r != nullptr) {
             EXPECT_EQ(velocity_of(n), velocity_of(*r)) << threads << ' ' << shift;

@@ -16,7 +16,7 @@ namespace {
 using ::testing::HasSubstr;
 
 /// The paper's mast at Fr 3 on seven cells for 8 s, about which there is nothing to say; further overrides change it.
-std::vector<Advice> advice(std::vector<std::string> overrides, const char* obstacle = "") {
+std::vector<Advice> advice(const std::vector<std::string>& overrides, const char* obstacle = "") {
   const std::string text = std::string(R"(
 [material]
 critical_state_slope = 0.4

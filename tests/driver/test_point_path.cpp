@@ -112,7 +112,7 @@ TEST(PointPath, SimpleShearOfAHenckySolidMatchesTheExactSolution) {
   std::string line;
   std::getline(file, line), std::getline(file, line);
   int read = 0;
-  double gamma, tau12, tau11, tau22, q;
+  double gamma = 0.0, tau12 = 0.0, tau11 = 0.0, tau22 = 0.0, q = 0.0;
   while (std::getline(file, line) && std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &gamma, &tau12, &tau11, &tau22, &q) == 5) {
     ++read;
     PathSpec path;

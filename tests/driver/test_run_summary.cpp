@@ -19,7 +19,7 @@ Case mast() {
 }
 
 /// The results of a run with some values filled in.
-Results results(std::vector<std::pair<std::string, Value>> values) {
+Results results(const std::vector<std::pair<std::string, Value>>& values) {
   Results filled;
   for (Result r : expected_results(mast()).entries()) {
     for (const auto& [name, value] : values) {

@@ -87,8 +87,9 @@ TEST_F(TerrainFiles, BecomePartOfTheCaseWhateverTheirFormat) {
   const HeightField::Points points = ground_points(relief, 7.0, 1.0);
   std::string table = "x_m,y_m,z_m\n";
   for (std::size_t n = points.height.size(); n-- > 0;) {  // in any order
-    table += fmt::format("{},{},{}\n", points.first.x() + static_cast<double>(n % points.columns),
-                         points.first.y() + static_cast<double>(n / points.columns), points.height[n]);
+    const std::size_t row = n / points.columns, column = n % points.columns;
+    table += fmt::format("{},{},{}\n", points.first.x() + static_cast<double>(column), points.first.y() + static_cast<double>(row),
+                         points.height[n]);
   }
   const Case grid = read("ground.asc", raster_text(points)), csv = read("ground.csv", table);
   EXPECT_EQ(grid.terrain->raster, raster_text(points));

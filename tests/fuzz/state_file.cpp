@@ -207,7 +207,7 @@ void alter(hid_t file, Recipe& recipe) {
   const auto what = static_cast<Alteration>(recipe.byte() % Alteration::count);
   const std::vector<std::string> names = what < integer_attribute ? dataset_names(file) : attribute_names(file);
   if (names.empty()) return;
-  const std::string name = names[recipe.byte() % names.size()];
+  const std::string& name = names[recipe.byte() % names.size()];
   switch (what) {
     case value: {
       Array a = read_array(file, name);

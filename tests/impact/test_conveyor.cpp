@@ -245,15 +245,15 @@ TEST_P(PlugWithoutObstacle, StaysAPlug) {
   std::map<std::uint64_t, std::pair<double, double>> layers;  // by number: mean and deviation of x
   std::array<double, 8> sigma{}, count{};
   for (const Particle& p : testing::stored_particles(state.grid)) {
-    auto& [mean, deviation] = layers[p.id / per_layer];
+    const std::uint64_t layer = p.id / per_layer;
+    auto& [mean, deviation] = layers[layer];
     mean += p.position[0] / static_cast<double>(per_layer);
     if (p.position[0] > 1.0) continue;  // the outlet's neighbourhood
     const auto k = p.id % per_layer / 12;
     sigma[k] += p.stress[2] / volume_ratio(scene.material, p);
     count[k] += 1.0;
     EXPECT_LE((velocity_of(p) - Vec3(velocity, 0.0, 0.0)).norm(), relaxation);
-    deviation =
-        std::max(deviation, std::abs(p.position[0] - (velocity * state.time - (static_cast<double>(p.id / per_layer) + 0.5) * spacing)));
+    deviation = std::max(deviation, std::abs(p.position[0] - (velocity * state.time - (static_cast<double>(layer) + 0.5) * spacing)));
   }
   for (std::size_t k = 0; k < 8; ++k) {
     const double exact = -weight * (1.0 - (static_cast<double>(k) + 0.5) / 8.0) * (k < 2 ? wall_cell : 1.0);

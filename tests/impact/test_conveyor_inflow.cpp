@@ -73,7 +73,7 @@ TEST(VaryingInflow, GivesTheSameBitsOnAnyNumberOfThreadsAndAfterACheckpoint) {
   const testing::TemporaryDirectory folder;
   for (const auto& [name, c] : varying()) {
     const CaseScene scene = make_scene(c);
-    const auto run = [&](int threads, bool interrupted) {
+    const auto run = [&, &c = c](int threads, bool interrupted) {
       omp_set_num_threads(threads);
       State state = make_state(c, scene);
       advance(state, scene, 0.15);

@@ -37,7 +37,7 @@ class Command : public ::testing::Test {
   }
 
   fs::path write(const std::string& text) const {
-    const fs::path file = directory_.path() / "case.toml";
+    fs::path file = directory_.path() / "case.toml";
     std::ofstream(file) << text;
     return file;
   }

@@ -48,7 +48,7 @@ class HostileInput : public ::testing::Test {
   }
 
   fs::path write(const std::string& name, const std::string& text) const {
-    const fs::path file = directory_ / name;
+    fs::path file = directory_ / name;
     std::ofstream(file, std::ios::binary) << text;
     return file;
   }

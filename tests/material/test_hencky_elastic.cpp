@@ -20,7 +20,7 @@ TEST(HenckyElastic, SimpleShearMatchesTheExactSolution) {
   std::getline(file, line), std::getline(file, line);
   const HenckyElastic law(HenckyElastic::Parameters{});  // E = 1 MPa, nu = 0.1, as in the table
   int read = 0;
-  double gamma, tau12, tau11, tau22, q;
+  double gamma = 0.0, tau12 = 0.0, tau11 = 0.0, tau22 = 0.0, q = 0.0;
   while (std::getline(file, line) && std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &gamma, &tau12, &tau11, &tau22, &q) == 5) {
     ++read;
     for (const int steps : {1, 10, 1000}) {

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <cstring>
+
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/health.hpp"

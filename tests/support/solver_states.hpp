@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <random>
@@ -67,10 +66,10 @@ inline std::vector<Particle> particles_by_id(const Grid& grid) {
   return all;
 }
 
-inline bool same_bytes(const Particle& a, const Particle& b) { return std::memcmp(&a, &b, sizeof(Particle)) == 0; }
-inline bool same_bytes(const std::vector<Particle>& a, const std::vector<Particle>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Particle)) == 0);
+inline bool same_bytes(std::span<const Particle> a, std::span<const Particle> b) {
+  return std::ranges::equal(std::as_bytes(a), std::as_bytes(b));
 }
+inline bool same_bytes(const Particle& a, const Particle& b) { return same_bytes(std::span(&a, 1), std::span(&b, 1)); }
 
 /// The particle with this identity number. @throws std::out_of_range
 inline Particle particle_of(const Grid& grid, std::uint64_t id) {
