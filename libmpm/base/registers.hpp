@@ -12,10 +12,16 @@
 
 namespace mpm {
 
-using Lanes = double __attribute__((vector_size(64)));           ///< eight doubles
-using LaneMask = std::int64_t __attribute__((vector_size(64)));  ///< all bits set where true
-using HalfLanes = double __attribute__((vector_size(32)));       ///< four lanes: a grid node {p_x, p_y, p_z, m}
-using HalfMask = std::int64_t __attribute__((vector_size(32)));  ///< all bits set where true
+/// What a comparison of doubles puts into a lane.
+#if defined(__clang__)
+using MaskInteger = long long;
+#else
+using MaskInteger = std::int64_t;
+#endif
+using Lanes = double __attribute__((vector_size(64)));          ///< eight doubles
+using LaneMask = MaskInteger __attribute__((vector_size(64)));  ///< all bits set where true
+using HalfLanes = double __attribute__((vector_size(32)));      ///< four lanes: a grid node {p_x, p_y, p_z, m}
+using HalfMask = MaskInteger __attribute__((vector_size(32)));  ///< all bits set where true
 
 /// Whether the processor has registers of 64 bytes.
 #if defined(__AVX512F__)
@@ -43,7 +49,7 @@ struct HalfType<Lanes> {
 };
 template <>
 struct HalfType<LaneMask> {
-  using type = std::int64_t __attribute__((vector_size(32), may_alias));
+  using type = MaskInteger __attribute__((vector_size(32), may_alias));
 };
 }  // namespace detail
 /// The type of half a register.

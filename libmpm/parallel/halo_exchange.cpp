@@ -126,7 +126,7 @@ HaloLayout HaloPlan::layout_of(const BlockChoice& givers) const {
   const auto whole = [](const SharedBlock& s) {
     return std::ranges::all_of(s.summands, [](const Summand& part) { return part.from == Summand::own; });
   };
-  layout.complete = static_cast<std::size_t>(std::ranges::partition(layout.shared, whole).begin() - layout.shared.begin());
+  layout.complete = static_cast<std::size_t>(std::partition(layout.shared.begin(), layout.shared.end(), whole) - layout.shared.begin());
   return layout;
 }
 
