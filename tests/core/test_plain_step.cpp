@@ -285,7 +285,7 @@ TEST(PlainStep, AgreesOnAFluidBetweenTwoMirrorPlanes) {
   end.normal = -Vec3::UnitX();
   end.contact = Contact::separable;
   c.walls[1] = end;                                   // the side at y = -1.25 is beyond the mirror plane
-  std::ranges::rotate(c.walls, c.walls.begin() + 1);  // the floor is the last
+  std::rotate(c.walls.begin(), c.walls.begin() + 1, c.walls.end());  // the floor is the last
   expect_same(c, law_of(fluid));
 }
 

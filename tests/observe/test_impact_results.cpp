@@ -21,7 +21,7 @@ ImpactGeometry geometry() { return paper_geometry(H, w, 0.25, 300.0, false); }
 /// A splash of 2 s, then a steady state with a ripple of ten periods of 0.64 s each: what the means must give is known.
 std::vector<ImpactSample> splash(double duration = 8.4) {
   std::vector<ImpactSample> samples;
-  for (int i = 0; i <= static_cast<int>(duration / 0.02 + 0.5); ++i) {
+  for (int i = 0; i <= std::lround(duration / 0.02); ++i) {
     const double t = 0.02 * i, ripple = std::sin(2.0 * 3.14159265358979323846 * t / 0.64);
     const double higher = t < 2.0 ? 5.0 : 0.0;
     ImpactSample s;

@@ -21,7 +21,7 @@ struct History {
 History history(double duration = 8.0) {
   History h;
   const double interval = 0.02;
-  for (int i = 0; i <= static_cast<int>(duration / interval + 0.5); ++i) {
+  for (int i = 0; i <= std::lround(duration / interval); ++i) {
     h.time.push_back(interval * i);
     h.force.push_back(i == 0 ? std::nan("") : force_at(h.time.back() - 0.5 * interval));
     h.moment.push_back(1.5 * h.force.back());

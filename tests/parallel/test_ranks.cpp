@@ -1,7 +1,8 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include <cstring>
+#include <bit>
+#include <cstdint>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/diagnostics.hpp"
@@ -100,7 +101,7 @@ Outcome on_several(const Case& c, int steps, int ranks, int threads, const Balan
 std::ptrdiff_t first_difference(const std::vector<double>& a, const std::vector<double>& b) {
   const std::size_t n = std::min(a.size(), b.size());
   for (std::size_t i = 0; i < n; ++i) {
-    if (std::memcmp(&a[i], &b[i], sizeof(double)) != 0) return static_cast<std::ptrdiff_t>(i);
+    if (std::bit_cast<std::uint64_t>(a[i]) != std::bit_cast<std::uint64_t>(b[i])) return static_cast<std::ptrdiff_t>(i);
   }
   return a.size() == b.size() ? -1 : static_cast<std::ptrdiff_t>(n);
 }
