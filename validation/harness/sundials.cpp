@@ -98,7 +98,7 @@ OdeIntegrator::OdeIntegrator(std::size_t unknowns, Rhs rhs, double relative_tole
 }
 OdeIntegrator::~OdeIntegrator() = default;
 
-void OdeIntegrator::start(double t, std::span<const double> y, double stop_time, Roots roots, const std::vector<int>& directions,
+void OdeIntegrator::start(double t, std::span<const double> y, double stop_time, Roots roots, std::vector<int> directions,
                           double longest_step) {
   Impl& m = *impl_;
   m.steps_before += m.current_steps();
@@ -108,7 +108,7 @@ void OdeIntegrator::start(double t, std::span<const double> y, double stop_time,
   m.require(CVodeSetStopTime(m.memory, stop_time));
   m.require(CVodeSetMaxStep(m.memory, longest_step));
   m.require(CVodeRootInit(m.memory, static_cast<int>(directions.size()), directions.empty() ? nullptr : Impl::call_roots));
-  if (!directions.empty()) m.require(CVodeSetRootDirection(m.memory, const_cast<int*>(directions.data())));
+  if (!directions.empty()) m.require(CVodeSetRootDirection(m.memory, directions.data()));
   m.require(CVodeSetNoInactiveRootWarn(m.memory));
 }
 

@@ -27,8 +27,7 @@ class OdeIntegrator {
   /// may change its sign twice within one, bound the step.
   /// @param directions  one per root function: +1 rising, -1 falling; a root in the other direction is ignored
   /// @param longest_step  0: no bound
-  void start(double t, std::span<const double> y, double stop_time, Roots roots, const std::vector<int>& directions,
-             double longest_step = 0.0);
+  void start(double t, std::span<const double> y, double stop_time, Roots roots, std::vector<int> directions, double longest_step = 0.0);
   struct Stop {
     double time;
     int root;  ///< index of the root function that stopped the integration, -1 where the target was reached
