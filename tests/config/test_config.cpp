@@ -128,7 +128,8 @@ TEST(Config, FillsInTheDefaultsOfThePaper) {
   EXPECT_EQ(c.obstacle->friction, 0.15);
   EXPECT_FALSE(c.obstacle->height);
   EXPECT_EQ(c.numerics.cfl, 1.0) << "a flow against an obstacle";
-  EXPECT_EQ(parse_case(strip_case, "case.toml", {"numerics.transfer=\"apic\""}).numerics.cfl, 0.4) << "a transfer that loses energy in every step";
+  EXPECT_EQ(parse_case(strip_case, "case.toml", {"numerics.transfer=\"apic\""}).numerics.cfl, 0.4)
+      << "a transfer that loses energy in every step";
   EXPECT_EQ(c.numerics.precision, Precision::single_precision) << "likewise";
   EXPECT_EQ(c.numerics.particles_per_cell, 8);
   EXPECT_EQ(c.numerics.transfer, Transfer::aflip);

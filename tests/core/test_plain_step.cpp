@@ -284,7 +284,7 @@ TEST(PlainStep, AgreesOnAFluidBetweenTwoMirrorPlanes) {
   end.point = Vec3(1.75, 0.0, 0.0);
   end.normal = -Vec3::UnitX();
   end.contact = Contact::separable;
-  c.walls[1] = end;                                   // the side at y = -1.25 is beyond the mirror plane
+  c.walls[1] = end;                                                  // the side at y = -1.25 is beyond the mirror plane
   std::rotate(c.walls.begin(), c.walls.begin() + 1, c.walls.end());  // the floor is the last
   expect_same(c, law_of(fluid));
 }
