@@ -7,7 +7,7 @@ LARGEST = 160  # intervals of a mesh along an axis
 
 
 def cubic_weights(places, points):
-    """Weights (places, points) of the solver's interpolation along one axis (libmpm/boundary/height_field.hpp).
+    """Weights (places, points) of the solver's interpolation along one axis (libmpm/boundary/terrain.hpp).
 
     Catmull-Rom's cubic, and beyond the ends a line with its slope there. @param points  two or more, evenly spaced
     """

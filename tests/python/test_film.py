@@ -84,7 +84,7 @@ class Density(unittest.TestCase):
 
 
 class Heights(unittest.TestCase):
-    """Between the points of a raster: those of libmpm/boundary/height_field.hpp."""
+    """Between the points of a raster: those of libmpm/boundary/terrain.hpp."""
 
     def test_pass_through_the_points_and_follow_a_plane_beyond_them(self):
         terrain = Terrain(raster(tilted))
