@@ -114,6 +114,13 @@ void resolve(Site& site, ParameterReport& report) {
   constexpr std::size_t most_scenarios = 3;
   if (site.scenarios.size() > most_scenarios)
     report.problem("scenario[3]", fmt::format("is one of {} scenarios; at most {} are possible", site.scenarios.size(), most_scenarios));
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < site.scenarios.size(); ++i) {
+    const std::string& name = site.scenarios[i].name;
+    if (!names.insert(name).second)
+      report.problem(fmt::format("scenario[{}].name", i),
+                     fmt::format("= \"{}\" is given twice; give each scenario a name of its own", name));
+  }
   if (report.all_valid({"mast.width_m", "flow.depth_m"}) && site.mast.width > 0.0 && site.flow.depth > 0.0) {
     constexpr double least = 0.1, most = 10.0;
     const double ratio = site.mast.width / site.flow.depth;

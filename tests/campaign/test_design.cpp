@@ -135,6 +135,7 @@ TEST(SiteFile, HoldsObliqueFlowSnowCoverBeamRangesAndScenariosAndHidesTheirDefau
   EXPECT_THAT(message_of(with("width_m = 0.8", "width_m = 0.8\nangle_deg = 10")), HasSubstr("angle_deg")) << "a cylinder has none";
   EXPECT_THAT(message_of(with("snow_class", "snow_cover_m = 10.5\nsnow_class")), HasSubstr("on its snow cover, 12.5 m"));
   EXPECT_THAT(message_of(mast_site + scenario + scenario + scenario + scenario), HasSubstr("at most 3"));
+  EXPECT_THAT(message_of(mast_site + scenario + scenario), HasSubstr("scenario[1]] name = \"100 years\" is given twice"));
 }
 
 const std::string arm = "[arm]\nlength_m = 4\ndepth_m = 0.5\nbase_m = 3\nheight_m = 3.4\n";
