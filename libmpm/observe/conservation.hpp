@@ -54,9 +54,10 @@ class ParticleFlux : public Observer {
   [[nodiscard]] std::vector<Result> summary(const Summary& end) const override {
     const FluxTotals &in = end.state->entered, &out = end.state->left;
     const std::uint64_t downstream = outlet_ ? out.through_x_max : 0;
-    return {{"particles_initial", end.progress->initial_particles, "", "particles at the start"},
-            {"particles_entered", in.count, "", "particles that entered since the start"},
-            {"particles_final", std::uint64_t{end.state->grid.particle_count()}, "", "particles at the end: initial + entered - left"},
+    return {{"particles_initial", end.progress->initial_particles, "", "particles at the start, in the computed part of a mirrored flow"},
+            {"particles_entered", in.count, "", "particles that entered since the start, likewise"},
+            {"particles_final", std::uint64_t{end.state->grid.particle_count()}, "",
+             "particles at the end, likewise: initial + entered - left"},
             {"particles_left", out.count, "", "particles that left the domain"},
             {"particles_left_downstream", downstream, "", "particles that left through the outlet downstream"},
             {"particles_lost", out.count - downstream, "", "particles that left anywhere else"},
