@@ -31,8 +31,11 @@ const config::SchemaOf<Case>& case_schema() {
     s.table("arm", "Cross-arm of the obstacle: a beam across the flow, whose force is measured by itself; left out: none", &Case::arm);
     s.table("body", "A piece of material in a custom scene (without [conveyor]), any number", &Case::bodies);
     BoundaryTables::for_each([&]<class T>() { s.table(T::name, T::description, [](auto& c) -> decltype(auto) { return T::of(c); }); });
-    s.table("domain", "Where particles may be. Required in a custom scene; with [conveyor] it may only reduce the domain of the belt",
-            &Case::domain);
+    s.table(
+        "domain",
+        "Where particles may be. Required in a custom scene; with [conveyor] it may only reduce the domain of the belt, and not the flow "
+        "between inlet, outlet and side walls",
+        &Case::domain);
     s.table("numerics", "Grid, particles and time step", &Case::numerics);
     s.table("measurement",
             "Bins, filter and box of the pressure profile on the obstacle. If left out, they are multiples of the cell size as in the "
