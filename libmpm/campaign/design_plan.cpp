@@ -111,6 +111,16 @@ std::string base_case(const Site& site) {
   return text;
 }
 
+/// Keys of a case file, each with the key of the site file that it comes from.
+std::vector<std::pair<std::string, std::string>> keys_of_the_site(const Site& site) {
+  const std::string above = site.flow.snow_cover > 0.0 ? " less flow.snow_cover_m" : "";
+  return {{"obstacle.height_m", "mast.height_m" + above}, {"obstacle.width_m", "mast.width_m"},
+          {"obstacle.friction", "mast.friction"},         {"arm.base_m", "arm.base_m" + above},
+          {"arm.height_m", "arm.height_m" + above},       {"conveyor.velocity_m_s", "flow.velocity_m_s"},
+          {"conveyor.flow_height_m", "flow.depth_m"},     {"material.density_kg_m3", "flow.density_kg_m3"},
+          {"numerics.cell_size_m", "plan.finest_cells"},  {"output.duration_s", "plan.duration_s"}};
+}
+
 /// A text in which keys of a case file are replaced by those of the site file that they come from.
 std::string in_words_of_the_site(std::string text, const Site& site) {
   static const std::regex cell_size(R"(numerics\.cell_size_m = ([0-9]+\.?[0-9]*(e-[0-9]+)?))");
@@ -121,18 +131,7 @@ std::string in_words_of_the_site(std::string text, const Site& site) {
         cells == ladder.end() ? "a finer grid than plan.finest_cells = 21" : fmt::format("plan.finest_cells = {}", *cells);
     text = found.prefix().str() + key + found.suffix().str();
   }
-  const std::string above = site.flow.snow_cover > 0.0 ? " less flow.snow_cover_m" : "";
-  const std::array<std::array<std::string, 2>, 10> names{{{"obstacle.height_m", "mast.height_m" + above},
-                                                          {"obstacle.width_m", "mast.width_m"},
-                                                          {"obstacle.friction", "mast.friction"},
-                                                          {"arm.base_m", "arm.base_m" + above},
-                                                          {"arm.height_m", "arm.height_m" + above},
-                                                          {"conveyor.velocity_m_s", "flow.velocity_m_s"},
-                                                          {"conveyor.flow_height_m", "flow.depth_m"},
-                                                          {"material.density_kg_m3", "flow.density_kg_m3"},
-                                                          {"numerics.cell_size_m", "plan.finest_cells"},
-                                                          {"output.duration_s", "plan.duration_s"}}};
-  for (const auto& [of_case, of_site] : names) {
+  for (const auto& [of_case, of_site] : keys_of_the_site(site)) {
     for (std::size_t at = text.find(of_case); at != std::string::npos; at = text.find(of_case, at + of_site.size()))
       text.replace(at, of_case.size(), of_site);
   }
@@ -142,27 +141,22 @@ std::string in_words_of_the_site(std::string text, const Site& site) {
 /// Refuses overrides of what the site file or the ensemble decides: the page would describe another mast than that of its runs.
 /// @param overrides  "table.key=value". @throws ConfigError
 void refuse_keys_of_the_site(const std::vector<std::string>& overrides, const Site& site) {
-  static const std::array<std::array<std::string_view, 2>, 14> decided{{{"conveyor.velocity_m_s", "flow.velocity_m_s"},
-                                                                        {"conveyor.froude_number", "flow.froude_number"},
-                                                                        {"conveyor.flow_height_m", "flow.depth_m"},
-                                                                        {"material.density_kg_m3", "flow.density_kg_m3"},
-                                                                        {"material.model", "[[snow]]"},
-                                                                        {"material.critical_state_slope", "[[snow]]"},
-                                                                        {"material.cohesion_beta", "[[snow]]"},
-                                                                        {"material.hardening_xi", "[[snow]]"},
-                                                                        {"obstacle.", "[mast]"},
-                                                                        {"arm.", "[arm]"},
-                                                                        {"numerics.cell_size_m", "plan.finest_cells"},
-                                                                        {"numerics.gravity_m_s2", "flow.slope_deg"},
-                                                                        {"numerics.slope_deg", "flow.slope_deg"},
-                                                                        {"output.duration_s", "plan.duration_s"}}};
+  const std::vector<std::pair<std::string, std::string>> further{{"conveyor.froude_number", "flow.froude_number"},
+                                                                 {"material.model", "[[snow]]"},
+                                                                 {"material.critical_state_slope", "[[snow]]"},
+                                                                 {"material.cohesion_beta", "[[snow]]"},
+                                                                 {"material.hardening_xi", "[[snow]]"},
+                                                                 {"numerics.gravity_m_s2", "flow.slope_deg"},
+                                                                 {"numerics.slope_deg", "flow.slope_deg"},
+                                                                 {"obstacle.", "[mast]"},  // all keys of these tables
+                                                                 {"arm.", "[arm]"}};
   for (const std::string& text : overrides) {
     const std::string key = text.substr(0, text.find('='));
-    for (const auto& [of_case, of_site] : decided) {
-      if (of_case.ends_with('.') ? !key.starts_with(of_case) : key != of_case) continue;
-      const std::string own = in_words_of_the_site(key, site);
-      throw ConfigError(
-          fmt::format("--set {}: the site file decides {} of every run; give {} there", text, key, own == key ? of_site : own));
+    for (const auto& keys : {keys_of_the_site(site), further}) {
+      const auto decided =
+          std::ranges::find_if(keys, [&](const auto& k) { return k.first.ends_with('.') ? key.starts_with(k.first) : key == k.first; });
+      if (decided != keys.end())
+        throw ConfigError(fmt::format("--set {}: the site file decides {} of every run; give {} there", text, key, decided->second));
     }
   }
 }

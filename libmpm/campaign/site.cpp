@@ -66,6 +66,17 @@ void resolve_speed(Site& site, ParameterReport& report) {
   if (report.all_valid({froude, "flow.depth_m", "flow.slope_deg"})) site.flow.velocity = flow_velocity(fr, site.flow.depth, site.gravity());
 }
 
+/// Entries of a table that the page tells apart by their names. @param table  "snow"
+template <class Entry>
+void refuse_equal_names(const std::vector<Entry>& entries, const std::string& table, ParameterReport& report) {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (!names.insert(entries[i].name).second)
+      report.problem(fmt::format("{}[{}].name", table, i),
+                     fmt::format("= \"{}\" is given twice; give each {} a name of its own", entries[i].name, table));
+  }
+}
+
 void resolve_snows(Site& site, ParameterReport& report) {
   if (site.snows.empty() && !site.flow.snow_class && report.all_valid({"flow.snow_class", "snow"}))
     return report.problem("flow", "says nothing about the snow; give snow_class = \"loose\", \"cold_dense\" or \"wet_dense\", or [[snow]]");
@@ -74,19 +85,17 @@ void resolve_snows(Site& site, ParameterReport& report) {
   constexpr std::size_t most_snows = 12;
   if (site.snows.size() > most_snows)
     report.problem("snow[12]", fmt::format("is one of {} sets of parameters; at most {} are possible", site.snows.size(), most_snows));
-  std::set<std::string> names;
   std::set<std::array<double, 3>> parameters;
   for (std::size_t i = 0; i < site.snows.size(); ++i) {
     SiteSnow& snow = site.snows[i];
     if (snow.name.empty()) snow.name = fmt::format("snow_{}", i + 1);
     const std::string entry = fmt::format("snow[{}]", i), key = entry + ".name";
     if (const std::string why = name_problem(snow.name); !why.empty()) report.problem(key, "= " + why);
-    if (!names.insert(snow.name).second)
-      report.problem(key, fmt::format("= \"{}\" is given twice; give each snow a name of its own", snow.name));
     if (report.all_valid({entry + ".critical_state_slope", entry + ".cohesion_beta", entry + ".hardening_xi"}) &&
         !parameters.insert({snow.critical_state_slope, snow.cohesion_beta, snow.hardening_xi}).second)
       report.problem(entry, "has the parameters of an earlier entry; leave out one of the two");
   }
+  refuse_equal_names(site.snows, "snow", report);
 }
 
 /// The arm against the mast, as in a case, and against the snow cover.
@@ -114,13 +123,7 @@ void resolve(Site& site, ParameterReport& report) {
   constexpr std::size_t most_scenarios = 3;
   if (site.scenarios.size() > most_scenarios)
     report.problem("scenario[3]", fmt::format("is one of {} scenarios; at most {} are possible", site.scenarios.size(), most_scenarios));
-  std::set<std::string> names;
-  for (std::size_t i = 0; i < site.scenarios.size(); ++i) {
-    const std::string& name = site.scenarios[i].name;
-    if (!names.insert(name).second)
-      report.problem(fmt::format("scenario[{}].name", i),
-                     fmt::format("= \"{}\" is given twice; give each scenario a name of its own", name));
-  }
+  refuse_equal_names(site.scenarios, "scenario", report);
   if (report.all_valid({"mast.width_m", "flow.depth_m"}) && site.mast.width > 0.0 && site.flow.depth > 0.0) {
     constexpr double least = 0.1, most = 10.0;
     const double ratio = site.mast.width / site.flow.depth;
