@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <optional>
 
@@ -34,6 +35,7 @@ struct Impact {
   [[nodiscard]] double depth() const { return belt.flow_height; }
   [[nodiscard]] double dx() const { return c.numerics.cell_size; }
   [[nodiscard]] double froude() const { return belt.velocity / std::sqrt(c.numerics.gravity * depth()); }
+  [[nodiscard]] double bound() const { return depth() + 0.5 * speed * speed / c.numerics.gravity; }  ///< H + v^2/2g, Bernoulli's, m
   [[nodiscard]] double splash_time() const { return 2.0 * speed / c.numerics.gravity; }
   [[nodiscard]] bool window() const { return belt.feed == ConveyorSpec::Feed::window; }
 };
@@ -261,7 +263,7 @@ Finding mast_height(const Impact& i) {
                   fmt::format("obstacle.height_m = {} m is lower than the run-up by the paper's equation, {} m", n(height), n(runup)),
                   "snow passes over the top, and the run-up is that of a mast that ends there", remedy};
   }
-  const double bound = i.depth() + 0.5 * i.speed * i.speed / i.c.numerics.gravity;
+  const double bound = i.bound();
   if (height >= bound) return {};
   return Advice{
       "mast_height", fmt::format("obstacle.height_m = {} m is lower than Bernoulli's bound H + v^2/2g = {} m", n(height), n(bound)),
@@ -271,7 +273,7 @@ Finding mast_height(const Impact& i) {
 /// Particles that leave the domain are gone.
 Finding height_of_the_domain(const Impact& i) {
   if (i.c.numerics.gravity <= 0.0 || i.c.terrain) return {};
-  const double bound = std::min(i.mast.solid().top, i.depth() + 0.5 * i.speed * i.speed / i.c.numerics.gravity), top = i.c.domain.max.z();
+  const double bound = std::min(i.mast.solid().top, i.bound()), top = i.c.domain.max.z();
   if (top >= bound) return {};
   return Advice{"height_of_the_domain",
                 fmt::format("domain.max_m ends at z = {} m, below Bernoulli's bound H + v^2/2g = {} m", n(top), n(bound)),
@@ -283,7 +285,7 @@ Finding height_of_the_domain(const Impact& i) {
 /// (core/folded_wall.hpp), and a steady flow reaches no higher than Bernoulli's bound. @param table  that gives its base_m and height_m
 Finding above_the_ground(const Impact& i, const std::string& table, double base, double top) {
   constexpr double least = 3.0;
-  const double thickness = top - base, bound = i.depth() + 0.5 * i.speed * i.speed / i.c.numerics.gravity;
+  const double thickness = top - base, bound = i.bound();
   if (thickness / i.dx() < least - 1e-6) {
     return Advice{table + "_base", fmt::format("{0} cells between {1}.base_m and {1}.height_m", n(thickness / i.dx()), table),
                   "contact on the top and on the underside acts on the same nodes, so that snow on one side feels that on the other",
@@ -355,9 +357,9 @@ ShortSlope shortest_slope(const HeightField& ground, double dx, const Vec2& low,
 }
 
 /// Obstacles, measurements and the inlet of a conveyor have the ground at z = 0 (docs/cases.md).
-Finding ground_at_the_obstacle(const Case& c) {
-  if (!c.terrain || !c.obstacle) return {};
-  const double height = height_field(*c.terrain)->at(outline_of(c.obstacle->shape).centre()).height;
+Finding ground_at_the_obstacle(const Case& c, const std::shared_ptr<const HeightField>& ground) {
+  if (!c.obstacle) return {};
+  const double height = ground->at(outline_of(c.obstacle->shape).centre()).height;
   if (std::abs(height) <= 0.5 * c.numerics.cell_size) return {};
   return Advice{"ground_at_the_obstacle", fmt::format("the ground of [terrain] is at z = {} m where the obstacle stands", n(height)),
                 "height of the obstacle, run-up and pressure height count from z = 0",
@@ -369,10 +371,8 @@ Finding ground_at_the_obstacle(const Case& c) {
 /// to 0.5, which brake it. Against grids two and four times finer its speed was right within 4 % where slopes differ by less than 0.06 from
 /// their mean. Above, it was wrong by 5 to 35 % for waves of up to four cells (1 % for six), and by nearly as much by where the nodes lie.
 /// Waves of 8 cells stay below the limit at the steepest slope of a case, 30 degrees.
-Finding short_waves_of_the_ground(const Case& c) {
+Finding short_waves_of_the_ground(const Case& c, const std::shared_ptr<const HeightField>& ground) {
   constexpr double most = 0.06;
-  if (!c.terrain) return {};
-  const auto ground = height_field(*c.terrain);
   const Eigen::AlignedBox3d domain = case_domain(c, ground);
   const double dx = c.numerics.cell_size, spacing = ground->points().spacing;
   const ShortSlope found = shortest_slope(*ground, dx, domain.min().head<2>(), domain.max().head<2>());
@@ -390,9 +390,7 @@ Finding short_waves_of_the_ground(const Case& c) {
 
 /// A frame is stored with a row.
 Finding frames_between_rows(const Case& c) {
-  const double rows = c.output.series_per_second, asked = c.output.frames_per_second;
-  if (!(asked > 0.0)) return {};
-  const double stored = rows / std::max(1.0, std::round(rows / asked));
+  const double rows = c.output.series_per_second, asked = c.output.frames_per_second, stored = Sampling(c).frames_per_second();
   if (std::abs(stored - asked) <= 1e-6 * asked) return {};
   return Advice{"frames_between_rows",
                 fmt::format("output.frames_per_second = {} is no whole part of output.series_per_second = {}", n(asked), n(rows)),
@@ -454,19 +452,22 @@ std::vector<Advice> plausible_values(const Impact& i) {
 
 std::vector<Advice> advise(const Case& c) {
   std::vector<Advice> all;
-  for (const auto& rule :
-       {thin_obstacle, ground_at_the_obstacle, short_waves_of_the_ground, end_between_rows, frames_between_rows, inflow_after_the_end}) {
-    if (Finding found = rule(c)) all.push_back(std::move(*found));
+  const auto add = [&](Finding found) {
+    if (found) all.push_back(std::move(*found));
+  };
+  if (c.terrain) {
+    const auto ground = height_field(*c.terrain);
+    add(ground_at_the_obstacle(c, ground));
+    add(short_waves_of_the_ground(c, ground));
   }
+  for (const auto& rule : {thin_obstacle, end_between_rows, frames_between_rows, inflow_after_the_end}) add(rule(c));
   if (!c.conveyor || !c.obstacle) return all;
   const Impact impact{c, *c.conveyor, *c.obstacle, std::max(c.conveyor->velocity, Inflow(*c.conveyor).fastest())};
   constexpr Finding (*rules[])(const Impact&) = {
       cells_across, nodal_width,        aligned_lattice, splash_and_duration, flow_passage, rows_in_force_window, mach_number,
       wave_speed,   compaction_shock,   slope,           range_of_equations,  mast_height,  height_of_the_domain, obstacle_base,
       arm_base,     size_of_the_window, jam_at_the_inlet};
-  for (const auto& rule : rules) {
-    if (Finding found = rule(impact)) all.push_back(std::move(*found));
-  }
+  for (const auto& rule : rules) add(rule(impact));
   for (Advice& found : plausible_values(impact)) all.push_back(std::move(found));
   return all;
 }

@@ -20,6 +20,8 @@ class Sampling {
   /// Time of sample k, s.
   [[nodiscard]] double time(std::uint64_t k) const { return static_cast<double>(k) / per_second_; }
   [[nodiscard]] double end() const { return time(last_); }  ///< time of the last sample, s
+  /// Frames that are stored, 1/s; 0: none.
+  [[nodiscard]] double frames_per_second() const { return per_frame_ > 0 ? per_second_ / static_cast<double>(per_frame_) : 0.0; }
   /// Whether sample k is stored as a frame.
   [[nodiscard]] bool has_frame(std::uint64_t k) const { return per_frame_ > 0 && k % per_frame_ == 0; }
   /// Number of frames of the first `samples` samples.
