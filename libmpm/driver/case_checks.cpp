@@ -229,12 +229,12 @@ void check_domain_of_conveyor(const Case& c, ParameterReport& report) {
     needed.min().x() = -belt.upstream_length;
     needed.max().x() = belt.downstream_length;
   }
-  if (c.terrain) needed.min().z() = needed.max().z() = std::clamp(0.0, c.domain.min.z(), c.domain.max.z());
+  const int axes = c.terrain ? 2 : 3;  // uneven ground is not at z = 0
   constexpr double rounding = 1e-9;
   for (const auto& [key, outside, low] : {std::tuple{"domain.min_m", Vec3(c.domain.min - needed.min()), true},
                                           std::tuple{"domain.max_m", Vec3(needed.max() - c.domain.max), false}}) {
     int axis = 0;
-    if (!report.given(key) || outside.maxCoeff(&axis) <= rounding) continue;
+    if (!report.given(key) || outside.head(axes).maxCoeff(&axis) <= rounding) continue;
     report.problem(key, fmt::format("cuts off a part of the flow that [conveyor] feeds; give {} {:.6g} m in {}",
                                     low ? "at most" : "at least", low ? needed.min()[axis] : needed.max()[axis], "xyz"[axis]));
   }
