@@ -136,7 +136,7 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
           const int particles = block.particles.count();
           timed(&StepTimes::grid_to_particle, [&] {
             motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));  // v_p, C_p, x_p
-            taken[i] = return_to_surface(grid, blocks[i], scene.boundaries, options.density);
+            taken[i] = return_to_surface(grid, blocks[i], scene.boundaries, state.time + options.dt, options.density);
           });
           timed(&StepTimes::stress, [&] { motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt); });  // tau_p
           if (!motion[i].finite || !motion[i].within_reach) continue;
@@ -172,7 +172,12 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
   }
   state.max_speed = std::sqrt(ranks.largest_or_throw(max_speed_squared, error));
   for (const auto& of_block : taken) {
-    for (const ParticleImpulse& t : of_block) impulses.add_to_contact(t.boundary, t.layer, t.impulse);
+    for (const ParticleImpulse& t : of_block) {
+      if (acts_on_nodes(scene.boundaries[t.boundary]))
+        impulses.add_impulse(t.boundary, t.impulse);
+      else
+        impulses.add_to_contact(t.boundary, t.layer, t.impulse);
+    }
   }
   return sum_of(left, ranks);
 }

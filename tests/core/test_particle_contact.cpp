@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <memory>
 #include <random>
 
 #include "libmpm/boundary/shapes/any_shape.hpp"
@@ -60,7 +61,7 @@ TEST_P(ParticleContactOf, ReturnsParticlesToTheSurfaceStopsThemAndBooksTheirMome
   const auto before = particles_of(grid);
   Vec3 taken = Vec3::Zero(), moment = Vec3::Zero();
   for (const auto b : grid.occupied_blocks()) {
-    for (const ParticleImpulse& t : return_to_surface(grid, b, boundaries, density)) {
+    for (const ParticleImpulse& t : return_to_surface(grid, b, boundaries, 0.0, density)) {
       EXPECT_EQ(t.boundary, 1U);
       EXPECT_GE(t.layer, first_node(grid.block(b).coordinate[2]));
       EXPECT_LT(t.layer, first_node(grid.block(b).coordinate[2]) + block_edge);
@@ -105,7 +106,7 @@ TEST_P(ParticleContactOf, LeavesNothingBehindTheSurfaceAfterAFewSteps) {
   Grid grid = filled();
   for (int step = 0; step < 6; ++step) {  // a cell each: the shapes are at most five cells deep
     for (const auto b : grid.occupied_blocks()) {
-      (void)return_to_surface(grid, b, boundaries, density);
+      (void)return_to_surface(grid, b, boundaries, 0.0, density);
       collect_migrants(grid, b);
     }
     grid.migrate();
@@ -117,6 +118,68 @@ TEST_P(ParticleContactOf, LeavesNothingBehindTheSurfaceAfterAFewSteps) {
   EXPECT_LE(deepest, deepest_particle + 1e-6);
 }
 
+/// The floor z = 0 as a wall and as ground, each a belt with friction.
+class ParticleBelowTheFloor : public ::testing::TestWithParam<Boundary> {};
+
+TEST_P(ParticleBelowTheFloor, ReturnsToItBesideASolid) {
+  const SurfaceSolid solid{{outline_of(testing::typical_shapes().front().shape), base, top}, 0.3, Vec3::Zero(), dx, {}};
+  const std::vector<Boundary> boundaries{GetParam(), solid};
+  Grid grid(dx);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> x(-3.0, 3.0), z(-0.9 * dx, 0.9 * dx), v(-5.0, 5.0);
+  for (std::uint64_t id = 0; id < 3000; ++id) {
+    Particle p{};
+    p.position[0] = x(random), p.position[1] = x(random), p.position[2] = z(random);
+    for (double& component : p.velocity) component = v(random);
+    p.volume = 1e-3;
+    p.id = id;
+    grid.insert(p);
+  }
+  grid.migrate();
+  int returned = 0, left_alone = 0;
+  for (const auto b : grid.occupied_blocks()) {
+    const ParticleBin& bin = grid.block(b).particles;
+    std::vector<Particle> before;
+    for (int s = 0; s < bin.count(); ++s) before.push_back(bin[s]);
+    Vec3 taken = Vec3::Zero(), lost = Vec3::Zero();
+    double work = 0.0, of_belt = 0.0;
+    for (const ParticleImpulse& t : return_to_surface(grid, b, boundaries, 0.0, density)) {
+      if (t.boundary == 0) taken += t.impulse.linear, work += t.impulse.work;
+    }
+    const bool beside = block_box(grid.block(b).coordinate, dx, 1.0).intersects(solid.solid().bounds());
+    for (int s = 0; s < bin.count(); ++s) {
+      const Particle &was = before[static_cast<std::size_t>(s)], is = bin[s];
+      if (was.position[2] >= -deepest_particle * dx) continue;  // some of these are in the solid
+      if (!beside) {
+        EXPECT_EQ(is.position[2], was.position[2]);
+        ++left_alone;
+        continue;
+      }
+      ++returned;
+      EXPECT_NEAR(is.position[2], 0.0, 1e-12);
+      EXPECT_GE(is.velocity[2], 0.0);
+      const Vec3 change = velocity_of(was) - velocity_of(is), slip = velocity_of(was) - Vec3(2.0, 0.0, 0.0);
+      EXPECT_LE(change.head<2>().norm(), 0.4 * std::max(-was.velocity[2], 0.0) + 1e-12) << "Coulomb";
+      if (was.velocity[2] < 0.0) EXPECT_GT(change.head<2>().dot(slip.head<2>()), 0.0) << "towards the velocity of the belt";
+      lost += density * was.volume * change;
+      of_belt -= density * was.volume * change.x() * 2.0;
+    }
+    EXPECT_LE((taken - lost).norm(), 1e-9);
+    EXPECT_NEAR(work, of_belt, 1e-9);
+  }
+  EXPECT_GT(returned, 100);
+  EXPECT_GT(left_alone, 100);
+}
+INSTANTIATE_TEST_SUITE_P(
+    Floors, ParticleBelowTheFloor,
+    ::testing::Values(
+        Boundary{Wall{.contact = Contact::separable, .friction = 0.4, .velocity = {2.0, 0.0, 0.0}, .rule = ContactRule::surface}},
+        Boundary{Terrain{.field = std::make_shared<HeightField>(HeightField::Points{
+                             .first = {-4.0, -4.0}, .spacing = 1.0, .columns = 9, .rows = 9, .height = std::vector<double>(81)}),
+                         .friction = 0.4,
+                         .speed = 2.0}}),
+    [](const auto& test) { return std::holds_alternative<Wall>(test.param) ? "Wall" : "Ground"; });
+
 TEST(ParticleContact, HasNothingToDoWithoutSolids) {
   Grid grid(dx);
   Particle p{};
@@ -124,7 +187,7 @@ TEST(ParticleContact, HasNothingToDoWithoutSolids) {
   p.volume = 1e-3;
   grid.insert(p);
   grid.migrate();
-  EXPECT_TRUE(return_to_surface(grid, grid.occupied_blocks()[0], std::vector<Boundary>{Wall{}}, density).empty());
+  EXPECT_TRUE(return_to_surface(grid, grid.occupied_blocks()[0], std::vector<Boundary>{Wall{}}, 0.0, density).empty());
 }
 
 }  // namespace
