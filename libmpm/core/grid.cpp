@@ -227,8 +227,8 @@ std::size_t Grid::particle_count() const {
 }
 
 std::size_t Grid::bytes() const {
-  std::size_t n =
-      pool_->bytes() + migrants_.bytes() + (nodes_.size() + forces_.size()) * sizeof(NodeBlock) + blocks_.size() * sizeof(Block);
+  std::size_t n = pool_->bytes() + migrants_.bytes() + (nodes_.size() + forces_.size() + scratch_.size()) * sizeof(NodeBlock) +
+                  blocks_.size() * sizeof(Block);
   for (const auto& b : blocks_) n += b.particles.cell.capacity() + 2 * b.particles.order.capacity();
   return n;
 }

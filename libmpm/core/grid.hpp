@@ -142,6 +142,13 @@ class Grid {
   }
   /// @}
 
+  /// Memory for nodes within one phase of a step, with any content. It is kept from step to step: arrays of megabytes that are allocated
+  /// and freed in each of them would be scattered over the heap, which would double within some thousand steps.
+  [[nodiscard]] std::span<NodeBlock> scratch(std::size_t count) {
+    if (scratch_.size() < count) scratch_.resize(count + count / 4);
+    return std::span(scratch_).first(count);
+  }
+
   [[nodiscard]] std::span<const std::int32_t> own_blocks() const { return own_; }            ///< sorted by coordinate
   [[nodiscard]] std::span<const std::int32_t> occupied_blocks() const { return occupied_; }  ///< those with particles
   /// Occupied blocks of one colour (colour_of): no two of them touch a common node.
@@ -187,6 +194,7 @@ class Grid {
   std::unique_ptr<PagePool> pool_ = std::make_unique<PagePool>(record_bytes(precision_));
   std::deque<Block> blocks_;
   std::deque<NodeBlock> nodes_, forces_;
+  std::vector<NodeBlock> scratch_;
   MigrantLists migrants_;
   std::vector<std::int32_t> free_;
   std::unordered_map<std::uint64_t, std::int32_t> index_;

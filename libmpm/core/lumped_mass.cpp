@@ -207,12 +207,11 @@ void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, doubl
   // blocks where the boundaries act end at most one further.
   const auto acted = blocks_in(grid, extended(columns, 1, 2)), changed = blocks_in(grid, extended(columns, 2, 3));
   const std::size_t count = grid.index_end();
-  const auto untried = std::make_unique_for_overwrite<NodeBlock[]>(count);  // both by index of block
-  const auto storage = std::make_unique_for_overwrite<NodeBlock[]>(count);
-  const std::span correction(storage.get(), count);
+  const std::span scratch = grid.scratch(count + changed.size());
+  const std::span correction = scratch.first(count), untried = scratch.subspan(count);  // by index of block; as `changed`
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < changed.size(); ++i) {
-    untried[static_cast<std::size_t>(changed[i])] = grid.velocities(changed[i]);
+    untried[i] = grid.velocities(changed[i]);
     correction[static_cast<std::size_t>(changed[i])] = NodeBlock{};
   }
   for (const auto b : grid.buffers()) correction[static_cast<std::size_t>(b)] = NodeBlock{};
@@ -229,7 +228,7 @@ void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, doubl
   add_mirror_images(grid, mirror, NodeFields(correction), acted);
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < changed.size(); ++i) {
-    const NodeBlock &before = untried[static_cast<std::size_t>(changed[i])], &more = correction[static_cast<std::size_t>(changed[i])];
+    const NodeBlock &before = untried[i], &more = correction[static_cast<std::size_t>(changed[i])];
     for (int n = 0; n < block_nodes; ++n) {
       const double mass = before.node[n][3];
       grid.velocities(changed[i]).node[n] = mass > 0.0 ? before.node[n] + more.node[n] / mass : before.node[n];

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <hdf5.h>
+#include <sys/mman.h>
 #include <zlib.h>
 
 #include <cstddef>
@@ -117,10 +118,12 @@ inline std::string seal(uLong crc) { return fmt::format("{}{:08x}", seal_mark, s
 /// Memory that the library allocates for its own tables, bytes.
 inline constexpr std::size_t library_memory = std::size_t{16} << 20;
 /// Throws std::bad_alloc unless this memory is available now. The HDF5 library itself does not survive a failed allocation: version 1.10
-/// then frees blocks twice when the file is closed. The memory is not written to, so that this takes microseconds.
+/// then frees blocks twice when the file is closed. The memory is mapped and not written to, so that this takes microseconds; an allocation
+/// of this size would raise the limit up to which malloc keeps what is freed (mallopt(3), M_MMAP_THRESHOLD): 20 MB more for most runs.
 inline void require_memory(std::size_t bytes = library_memory) {
-  void* volatile memory = ::operator new(bytes);  // volatile: a pair of new and delete may be left out by the compiler
-  ::operator delete(memory);
+  void* const memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw std::bad_alloc();
+  munmap(memory, bytes);
 }
 
 }  // namespace mpm::hdf5
