@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace mpm {
 
@@ -9,14 +10,12 @@ namespace {
 
 constexpr double none = MeanEstimate::none;
 
-/// Mean over `width` (odd) neighbours; values before the first are zero; NaN within half a window of the last.
+/// Mean over each value and the width - 1 before it; those before the first are zero.
 std::vector<double> moving_mean(std::span<const double> values, std::size_t width) {
-  std::vector<double> result(values.size(), none);
-  const std::size_t half = width / 2;
-  for (std::size_t i = 0; i + half < values.size(); ++i) {
-    double sum = 0.0;
-    for (std::size_t j = i < half ? 0 : i - half; j <= i + half; ++j) sum += values[j];
-    result[i] = sum / static_cast<double>(width);
+  std::vector<double> result;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto window = values.first(i + 1).last(std::min(width, i + 1));
+    result.push_back(std::accumulate(window.begin(), window.end(), 0.0) / static_cast<double>(width));
   }
   return result;
 }
@@ -56,27 +55,24 @@ ForcePeaks force_peaks(std::span<const double> time, std::span<const double> for
   const std::size_t n = time.size();
   if (n < 2) return result;
   result.interval = time[1] - time[0];
-  const auto half = static_cast<std::size_t>(0.5 * window / result.interval + 1e-9);
-  const std::size_t width = 2 * half + 1;
+  const auto width = std::max<std::size_t>(1, static_cast<std::size_t>(window / result.interval + 1e-9));
   result.window = static_cast<double>(width) * result.interval;
   // at t = 0 there is no contact and no interval yet
-  std::vector<double> middle(n), force(force_x.begin(), force_x.end()), moment(moment_y.begin(), moment_y.end());
+  std::vector<double> force(force_x.begin(), force_x.end()), moment(moment_y.begin(), moment_y.end());
   force.front() = moment.front() = 0.0;
-  for (std::size_t i = 0; i < n; ++i) middle[i] = time[i] - 0.5 * result.interval;
 
-  const auto take = [&](const Peak& p, double& value, double& when) {
+  const auto take = [&](const Peak& p, double mean_over, double& value, double& when) {
     value = p.value;
-    if (std::isfinite(p.value)) when = middle[p.at];
+    if (std::isfinite(p.value)) when = time[p.at] - 0.5 * mean_over;
   };
-  take(peak_of(force), result.peak, result.peak_time);
-  take(peak_of(moment), result.moment_peak, result.moment_peak_time);
+  take(peak_of(force), result.interval, result.peak, result.peak_time);
+  take(peak_of(moment), result.interval, result.moment_peak, result.moment_peak_time);
   result.moment_filtered_peak = peak_of(moving_mean(moment, width)).value;
   const std::vector<double> filtered = moving_mean(force, width);
   const Peak top = peak_of(filtered);
-  take(top, result.filtered_peak, result.filtered_peak_time);
-  if (top.value > 0.0) {
-    result.rise_time = first_passage(middle, filtered, 0.9 * top.value, top.at) - first_passage(middle, filtered, 0.1 * top.value, top.at);
-  }
+  take(top, result.window, result.filtered_peak, result.filtered_peak_time);
+  if (top.value > 0.0)
+    result.rise_time = first_passage(time, filtered, 0.9 * top.value, top.at) - first_passage(time, filtered, 0.1 * top.value, top.at);
   const double fall = flow.arrival + (flow.gravity > 0.0 ? 2.0 * flow.velocity / flow.gravity : time.back());
   result.first_impact_until = std::min(fall, time.back());
   result.first_impact_impulse = impulse_between(flow.arrival, result.first_impact_until, time, force);

@@ -58,7 +58,8 @@ class ContactForce : public Observer {
 };
 
 /// Raw values are those of the means over sampling intervals, which are exact impulses over time; filtered ones are of a moving mean over
-/// an odd number of them. The overturning moment is that about an axis along y at the base of the mast. NaN: unknown.
+/// several of them, with no force before the first. The overturning moment is that about an axis along y at the base of the mast. NaN:
+/// unknown.
 struct ForcePeaks {
   double interval = MeanEstimate::none, window = MeanEstimate::none;  ///< s: sampling interval, window of the moving mean
   double peak = MeanEstimate::none, peak_time = MeanEstimate::none;   ///< N and s (middle of the interval), of the stream-wise force F_x
@@ -75,7 +76,7 @@ struct ForcePeaks {
 [[nodiscard]] std::vector<double> overturning_moment(std::span<const double> moment_y, std::span<const double> force_z, double x);
 
 /// @param time s, evenly spaced. @param force_x N, @param moment_y N m: means over the intervals before each time; the first is not used
-/// @param window s, of the moving mean; rounded down to an odd number of samples
+/// @param window s, of the moving mean; rounded down to whole samples, at least one
 [[nodiscard]] ForcePeaks force_peaks(std::span<const double> time, std::span<const double> force_x, std::span<const double> moment_y,
                                      const ImpactFlow& flow, double window);
 

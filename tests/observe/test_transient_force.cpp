@@ -58,13 +58,31 @@ TEST(TransientForces, AreThoseOfAKnownHistory) {
   EXPECT_NEAR(t.moment_filtered_peak, 1.5 * best, 1e-6);
 }
 
-TEST(TransientForces, WindowIsTheNearestOddNumberOfSamplesBelow) {
+TEST(TransientForces, WindowIsTheNumberOfSamplesThatFits) {
   const History series = history();
-  EXPECT_NEAR(peaks(series, 0.06).window, 0.06, 1e-12);
-  EXPECT_NEAR(peaks(series, 0.07).window, 0.06, 1e-12);
+  for (const double fits : {0.04, 0.06, 0.08, 0.1}) {
+    EXPECT_NEAR(peaks(series, fits).window, fits, 1e-12);
+    EXPECT_NEAR(peaks(series, fits + 0.019).window, fits, 1e-12);
+  }
   const auto raw = peaks(series, 0.001);
   EXPECT_NEAR(raw.window, 0.02, 1e-12);
   EXPECT_EQ(raw.filtered_peak, raw.peak);
+}
+
+TEST(TransientForces, OfAFrontAreTheSameWithAnySampling) {
+  for (const double interval : {0.02, 0.01, 0.005}) {
+    History front;
+    for (int i = 0; i <= std::lround(1.0 / interval); ++i) {
+      front.time.push_back(interval * i);
+      front.force.push_back(i == 0 ? 0.0 : 2e5);
+      front.moment.push_back(3e5);
+    }
+    const auto t = peaks(front, 0.1);
+    EXPECT_NEAR(t.window, 0.1, 1e-12);
+    EXPECT_NEAR(t.filtered_peak, 2e5, 1e-6);
+    EXPECT_NEAR(t.filtered_peak_time, 0.05, 1e-9);
+    EXPECT_NEAR(t.rise_time, 0.08, 1e-9) << "the front passes from 10 to 90 % of the window";
+  }
 }
 
 TEST(TransientForces, OfNothingAreUnknown) {
