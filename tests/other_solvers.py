@@ -162,6 +162,16 @@ class OtherSolvers(unittest.TestCase):
         self.assertIn("thrown/forces.csv: missing", done.stderr)
         self.assertIn("slope-30: neither states/0001.csv nor group 0001 of states.h5", done.stderr)
 
+    def test_numbers_that_are_not_finite_fail_the_checks_that_use_them_and_the_case(self):
+        results = self.copy_of_results()
+        file = results / "thrown" / "forces.csv"
+        rows = [line.split(",") for line in file.read_text(encoding="utf-8").splitlines()]
+        file.write_text("".join(",".join(row[:-1] + ["nan" if i else row[-1]]) + "\n" for i, row in enumerate(rows)), encoding="utf-8")
+        done = self.grade(results)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertTrue(any("friction over" in line and "FAILED" in line for line in done.stdout.splitlines()), done.stdout)
+        self.assertIn("numbers of the results are not finite", done.stdout)
+
     def test_a_missing_column_is_named(self):
         results = self.copy_of_results()
         with h5py.File(results / "slope-30" / "states.h5", "a") as file:

@@ -220,6 +220,8 @@ int run_cases(const std::vector<CaseEntry>& entries, const Options& options, con
           [&](const std::string& line) { fmt::print(stderr, "  {}{}\n", label, line); }, foreign ? &*foreign : nullptr, options.precision);
       lock.unlock();
       CaseResult result = run_case_entry(entry, context);
+      if (foreign && foreign->not_finite() > 0 && result.fault.empty())
+        result.fault = fmt::format("{} numbers of the results are not finite", foreign->not_finite());
       lock.lock();
       results[i] = std::move(result);
       fmt::print(stderr, "  {}{} in {:.1f} s\n", label, results[i].passed() ? "ok" : "FAILED", results[i].wall_time_s);

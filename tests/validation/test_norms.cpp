@@ -16,6 +16,18 @@ TEST(ErrorNorms, AreTheTextbookSums) {
   EXPECT_DOUBLE_EQ(n.max, 2.0);
 }
 
+TEST(Extremes, KeepNotANumberInAnyOrder) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(larger(1.0, 2.0), 2.0);
+  EXPECT_EQ(larger(2.0, 1.0), 2.0);
+  EXPECT_EQ(smaller(1.0, 2.0), 1.0);
+  EXPECT_EQ(smaller(2.0, 1.0), 1.0);
+  for (const auto f : {larger, smaller}) {
+    EXPECT_TRUE(std::isnan(f(nan, 1.0)));
+    EXPECT_TRUE(std::isnan(f(1.0, nan)));
+  }
+}
+
 TEST(ErrorNorms, WeightsAreVolumes) {
   const std::vector<double> a{1.0, 0.0}, b{0.0, 0.0}, w{3.0, 1.0};
   const Norms n = error_norms(a, b, w);

@@ -8,6 +8,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "validation/harness/hencky_kinematics.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/sundials.hpp"
 
 namespace mpm::validation {
@@ -146,7 +147,7 @@ class ConeIntegrator {
       set(apex, 0.0, Mat3::Zero(), gap(t_));
       return;
     }
-    t_ = std::max(t_, -eps_v_start_ / rate);
+    t_ = larger(t_, -eps_v_start_ / rate);
     log(PathEvent::recompaction);
     const double shear = std::sqrt(2.0 / 3.0) * rate_deviator().norm();
     if (by_rate() && 3.0 * m_.shear_modulus * shear > -m_.slope * m_.bulk_modulus * rate)
@@ -171,7 +172,7 @@ class ConeIntegrator {
     r.plastic = phase_ == Phase::plastic;
     r.stress = s.deviator - s.p * Mat3::Identity();
     scale_ = std::max({scale_, std::abs(s.p), s.q});
-    if (r.plastic && !by_rate()) path_.drift = std::max(path_.drift, std::abs(s.f) / std::max(scale_, m_.intercept));
+    if (r.plastic && !by_rate()) path_.drift = larger(path_.drift, std::abs(s.f) / std::max(scale_, m_.intercept));
     path_.points.push_back(r);
   }
 

@@ -46,12 +46,15 @@ class ForeignResults : public RunSource {
   [[nodiscard]] const ForeignSolver& solver() const { return solver_; }
   /// Missing or damaged parts of the results; empty if there were none.
   [[nodiscard]] const std::string& damage() const { return damage_; }
+  /// How many numbers that a case read were NaN or infinite: it fails, even where its checks see the other numbers only.
+  [[nodiscard]] std::size_t not_finite() const { return not_finite_; }
 
  private:
   void read_solver();
   std::filesystem::path directory_;
   ForeignSolver solver_;
   mutable std::string damage_;
+  mutable std::size_t not_finite_ = 0;
 };
 
 }  // namespace mpm::validation

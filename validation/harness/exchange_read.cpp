@@ -3,6 +3,7 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -228,6 +229,12 @@ RunCost ForeignResults::play(const Setup& setup, const Visitor& visit) const {
       const CaseScene scene = make_scene(setup.spec);
       for (const ParticleRecord& p : particle_records(setup.start(setup.spec, scene), scene)) masses[p.id] = p.mass;
     }
+    const auto note = [&](const auto& values) {
+      not_finite_ +=
+          static_cast<std::size_t>(std::count_if(std::begin(values), std::end(values), [](double v) { return !std::isfinite(v); }));
+    };
+    for (const auto& of_time : forces)
+      for (const Vec3& force : of_time) note(force);
     Instant now;
     for (std::size_t i = 0; i < setup.times.size(); ++i) {
       now.index = i;
@@ -241,6 +248,12 @@ RunCost ForeignResults::play(const Setup& setup, const Visitor& visit) const {
                                     state_number(i), state_number(i), setup.times[i]));
         }
         now.particles = read_state(*state, setup, masses);
+        for (const ParticleRecord& p : now.particles) {
+          note(p.position);
+          note(p.velocity);
+          note(p.stress);
+          note(std::array{p.volume_ratio});
+        }
       }
       if (!visit(now)) break;
     }

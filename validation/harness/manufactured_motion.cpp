@@ -1,4 +1,5 @@
 #include "validation/harness/manufactured_motion.hpp"
+#include "validation/harness/norms.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -35,8 +36,8 @@ double momentum_residual(const ManufacturedMotion& motion, const HenckyElastic::
     Vec3 divergence = Vec3::Zero();
     for (int j = 0; j < 2; ++j) divergence += (piola(x + h * Vec3::Unit(j), t) - piola(x - h * Vec3::Unit(j), t)).col(j) / (2.0 * h);
     const Vec3 b = motion.body_force(x, t);
-    scale = std::max(scale, law.density * b.norm());
-    worst = std::max(worst, (law.density * (acceleration - b) - divergence).norm());
+    scale = larger(scale, law.density * b.norm());
+    worst = larger(worst, (law.density * (acceleration - b) - divergence).norm());
   }
   return worst / scale;
 }
@@ -72,7 +73,7 @@ MotionErrors follow(State& state, const Scene& scene, const ManufacturedMotion& 
       Mat3 ours;
       ours << p.stress[0], p.stress[3], p.stress[4], p.stress[3], p.stress[1], p.stress[5], p.stress[4], p.stress[5], p.stress[2];
       stress += (ours - tau).squaredNorm();
-      largest = std::max(largest, tau.norm());
+      largest = larger(largest, tau.norm());
       if (setting.half) setting.half(p, x);
     });
     e.time.push_back(next / setting.period);

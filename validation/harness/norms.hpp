@@ -38,6 +38,12 @@ inline Norms error_norms(std::span<const double> value, std::span<const double> 
   return n;
 }
 
+/// The larger and the smaller of two numbers. A NaN of either is taken, which std::max and std::min drop or keep by their order.
+/// @{
+inline double larger(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
+inline double smaller(double a, double b) { return a <= b || std::isnan(a) ? a : b; }
+/// @}
+
 /// |value - reference| / |reference|; for a zero reference infinity, or 0 where both are zero.
 inline double relative_error(double value, double reference) {
   if (reference == 0.0) return value == 0.0 ? 0.0 : std::abs(value) * std::numeric_limits<double>::infinity();

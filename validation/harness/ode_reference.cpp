@@ -8,6 +8,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "validation/harness/hencky_kinematics.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/root.hpp"
 #include "validation/harness/sundials.hpp"
 
@@ -292,7 +293,7 @@ class PathIntegrator {
   void enter(Phase phase) {
     if (phase == Phase::plastic) {
       const Local s = form_.local(t_, y_.data());
-      path_.margin = std::min(path_.margin, s.denominator / s.stiffness);
+      path_.margin = smaller(path_.margin, s.denominator / s.stiffness);
       if (s.denominator <= snap_share * s.stiffness) return snap_back();  // yield begins where no smooth continuation exists
     }
     phase_ = phase;
@@ -423,9 +424,9 @@ class PathIntegrator {
     r.plastic = phase_ == Phase::plastic;
     if (r.plastic) {
       const Local s = form_.local(t, y_.data());
-      path_.margin = std::min(path_.margin, s.denominator / s.stiffness);
+      path_.margin = smaller(path_.margin, s.denominator / s.stiffness);
       const double strength = std::max(r.preconsolidation, 1e-3 * m_.preconsolidation_pressure);
-      path_.drift = std::max(path_.drift, std::abs(m_.yield(r.p, r.q, r.internal)) / (strength * strength));
+      path_.drift = larger(path_.drift, std::abs(m_.yield(r.p, r.q, r.internal)) / (strength * strength));
     }
     path_.points.push_back(r);
   }

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "libmpm/base/error.hpp"
+#include "validation/harness/norms.hpp"
 
 namespace mpm::validation {
 namespace {
@@ -107,7 +108,7 @@ PathComparison compare_path(const MaterialParameters& spec, const std::vector<Re
   c.reference = std::move(reference);
   for (const ReferencePoint& r : c.reference.points) {
     c.scale = std::max({c.scale, r.preconsolidation, r.q});
-    if (r.preconsolidation == 0.0) c.scale = std::max(c.scale, std::abs(r.p));
+    if (r.preconsolidation == 0.0) c.scale = larger(c.scale, std::abs(r.p));
   }
   c.jumps = std::any_of(c.reference.events.begin(), c.reference.events.end(),
                         [](const EventRecord& e) { return e.event == PathEvent::snap_back; });
@@ -148,7 +149,7 @@ double isotropic_error(const mpm::CamClay::Parameters& spec, const std::vector<R
       const double eps_v = prescribed_volume(segments, row, n);
       internal = exact::isotropic(model, -eps_v, internal);
       const double pc = model.preconsolidation(internal);
-      scale = std::max(scale, pc);
+      scale = larger(scale, pc);
       for (const double d :
            {row.p - model.bulk_modulus * (model.initial_internal() - eps_v - internal), row.q, row.preconsolidation_pressure - pc})
         error = worse(error, std::abs(d));

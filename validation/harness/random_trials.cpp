@@ -1,6 +1,7 @@
 #include "validation/harness/random_trials.hpp"
 
 #include "validation/harness/in_parallel.hpp"
+#include "validation/harness/norms.hpp"
 
 #include <fmt/format.h>
 
@@ -166,7 +167,7 @@ void compare(const mpm::CamClay& law, const mpm::CamClay::Parameters& spec, cons
   const double scale = std::max(law.preconsolidation_pressure(a.internal), 1e-3 * law.moduli().bulk());
   const Sym3<double> d = a.stress - b.stress;
   double e = std::abs(a.internal - b.internal) / (1e-11 * std::max(std::abs(a.internal), 1e-3));
-  for (const double s : {d.xx, d.yy, d.zz, d.xy, d.xz, d.yz}) e = std::max(e, std::abs(s) / (1e-11 * scale));
+  for (const double s : {d.xx, d.yy, d.zz, d.xy, d.xz, d.yz}) e = larger(e, std::abs(s) / (1e-11 * scale));
   note(report.lanes_difference, e, [&] { return describe(spec, trial, b); });
 }
 

@@ -6,6 +6,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "validation/harness/impact.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/scores.hpp"
 
 namespace mpm::validation::avalanche {
@@ -81,7 +82,7 @@ void equations_against_table(const CaseContext& context, const std::vector<Impac
       error = std::max(std::abs(run.value("predicted_runup_m") / h / runup[i] - 1.0),
                        std::abs(run.value("predicted_pressure_height_m") / h / height[i] - 1.0));
     }
-    largest = std::max(largest, error);
+    largest = larger(largest, error);
   }
   result.check_absolute(Label::verification, "the equations as coded against the table in reference_data, largest relative difference",
                         largest, 0.0, "", 1e-5, "M' is rounded to 6 decimals in the table; at Fr 5 the height changes by 20 times that");

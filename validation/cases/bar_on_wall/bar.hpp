@@ -9,6 +9,7 @@
 
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/driver/scene.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/setup.hpp"
 #include "validation/harness/slender.hpp"
 
@@ -129,11 +130,11 @@ inline Impact hit(const CaseContext& context, const Settings& s) {
     r.force.push_back(given / (dt * full));
     r.momentum.push_back(momentum / (mass * v));
     r.impulse += given / (mass * v);
-    r.largest_pull = std::max(r.largest_pull, -given / (dt * full));
-    r.balance = std::max(r.balance, std::abs(momentum - before - given) / (mass * v));
+    r.largest_pull = larger(r.largest_pull, -given / (dt * full));
+    r.balance = larger(r.balance, std::abs(momentum - before - given) / (mass * v));
     before = momentum;
     centre += dt * before / (mass * length);
-    r.turning_point = std::min(r.turning_point, centre);
+    r.turning_point = smaller(r.turning_point, centre);
     if (now.state == nullptr) return true;
     // velocities live at half steps: their energies before and after a stress are averaged
     const Totals all = totals(*now.state, *now.scene);

@@ -6,6 +6,7 @@
 
 #include "validation/cases/bar_on_wall/bar.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/norms.hpp"
 
 namespace mpm::validation::bar_on_wall {
 namespace {
@@ -69,9 +70,9 @@ double front_width(double cell, Transfer transfer) {
 void check_exact_properties(const CaseContext& context, CaseResult& result, const std::vector<const Impact*>& all) {
   double pull = 0.0, balance = 0.0, gain = 0.0;
   for (const Impact* r : all) {
-    pull = std::max(pull, r->largest_pull);
-    balance = std::max(balance, r->balance);
-    for (const double e : r->energy) gain = std::max(gain, e / r->energy.front() - 1.0);
+    pull = larger(pull, r->largest_pull);
+    balance = larger(balance, r->balance);
+    for (const double e : r->energy) gain = larger(gain, e / r->energy.front() - 1.0);
   }
   const std::string runs = fmt::format("{} runs", all.size());
   result.check_at_most(Label::verification, "largest force of a step that pulls the bar towards the wall, over ρcVA, " + runs, pull, 0.0,

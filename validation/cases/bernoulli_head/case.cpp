@@ -16,6 +16,7 @@
 #include "libmpm/observe/runup.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/impact.hpp"
+#include "validation/harness/norms.hpp"
 
 namespace mpm::validation::bernoulli_head {
 namespace {
@@ -114,13 +115,13 @@ Rise simulate(const CaseContext& context, const Setting& setting, bool wide, boo
       heights.add(x, c.material.density() * p.volume);
       if (state.time < jet_from * unit && x.z() > jet.low) splash.insert(p.id);
       if (x.x() > 0.0 || std::abs(x.y()) > geometry.strip_half_width) return;
-      if (!splash.contains(p.id)) runup = std::max(runup, x.z());
+      if (!splash.contains(p.id)) runup = larger(runup, x.z());
       if (x.x() < -rise.flow_height) return;
       if (v.z() <= 0.0 || x.z() < jet.low || x.z() > jet.high) return;
       const double head = bernoulli_sum(p, snow, g);
       sum += head;
       apart += std::abs(head - rise.incoming_head);
-      most = std::max(most, head);
+      most = larger(most, head);
       ++count;
     });
     rise.time.push_back(state.time);

@@ -10,6 +10,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/in_parallel.hpp"
+#include "validation/harness/norms.hpp"
 
 namespace mpm::validation::block_on_cylinder {
 namespace {
@@ -125,14 +126,14 @@ Slide slide(const Case& c, const Throw& thrown, const Block& block, double speed
     });
     s.speed = std::hypot(block.radius * turning / (mass * block.inertia()), up / mass);
     s.path += dt * s.speed;
-    s.largest_step = std::max(s.largest_step, dt);
+    s.largest_step = larger(s.largest_step, dt);
     if (state.time <= rest_time) s.rise += dt * away / mass;
     const Impulse& given = report.impulses[*scene.obstacle];
     const double around = (given.angular + arm.cross(given.linear)).z() / block.radius;
     const double all = given.linear.head<2>().squaredNorm() - around * around, drag = std::hypot(around, given.linear.z());
     if (state.time >= 0.9 * rest_time || all <= 0.0) continue;
     const double push = std::sqrt(all);
-    s.friction_error = std::max(s.friction_error, std::abs(drag / (block.friction * push) - 1.0));
+    s.friction_error = larger(s.friction_error, std::abs(drag / (block.friction * push) - 1.0));
     pushed += push, dragged += drag;
   }
   s.mean_friction = dragged / (block.friction * pushed);

@@ -13,6 +13,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "validation/cases/conservation/kept_velocity.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/particle_access.hpp"
 
 namespace mpm::validation::conservation {
@@ -62,7 +63,7 @@ struct PlasticWork {
       const double work = trace(tau) / 3.0 * (trial.volumetric - now.volumetric) +
                           tensor(tau).cwiseProduct(tensor(trial.deviator) - tensor(now.deviator)).sum();
       const double size = tensor(tau).norm() * (std::abs(trial.volumetric) + tensor(trial.deviator).norm());
-      if (size > 0.0) lowest = std::min(lowest, work / size);
+      if (size > 0.0) lowest = smaller(lowest, work / size);
       if (p.internal != before[p.id].internal) ++yielding;
       step_sum += p.volume * work;
     });
@@ -116,10 +117,10 @@ void collide(const CaseContext& context, CaseResult& result, const Balls& kind) 
     step(state, scene, dt);
     if (yields) plastic.add(state, *moduli_of(scene.material), dt);
     now = totals(state, scene);
-    worst_momentum = std::max(worst_momentum, (now.momentum - start.momentum).norm() / start.momentum_scale);
-    worst_angular = std::max(worst_angular, (now.angular_momentum - start.angular_momentum).norm() / start.angular_momentum_scale);
-    highest = std::max(highest, kinetic_energy(now) + now.elastic_energy + plastic.sum);
-    most_elastic = std::max(most_elastic, now.elastic_energy);
+    worst_momentum = larger(worst_momentum, (now.momentum - start.momentum).norm() / start.momentum_scale);
+    worst_angular = larger(worst_angular, (now.angular_momentum - start.angular_momentum).norm() / start.angular_momentum_scale);
+    highest = larger(highest, kinetic_energy(now) + now.elastic_energy + plastic.sum);
+    most_elastic = larger(most_elastic, now.elastic_energy);
     kinetic.x.push_back(1e3 * state.time);
     kinetic.y.push_back(kinetic_energy(now));
     elastic.y.push_back(now.elastic_energy);
@@ -195,7 +196,7 @@ void drop(const CaseContext& context, CaseResult& result) {
     const StepReport report = step(state, scene, stable_time_step(state, scene));
     const Totals after = totals(state, scene);
     const Vec3 gravity = after.mass * report.dt * scene.gravity;
-    worst = std::max(worst, (after.momentum - before.momentum - gravity + report.impulses.at(0).linear).norm() / scale);
+    worst = larger(worst, (after.momentum - before.momentum - gravity + report.impulses.at(0).linear).norm() / scale);
     taken += report.impulses.at(0).linear;
     before = after;
   }
@@ -225,7 +226,7 @@ void strike(const CaseContext& context, CaseResult& result, ContactRule contact,
     const Totals after = totals(state, scene);
     const Impulse& impulse = report.impulses.at(*scene.obstacle);  // moment about the origin, the foot of the front face
     const Vec3 weight = after.mass * report.dt * scene.gravity;
-    linear_gap = std::max(linear_gap, (after.momentum - before.momentum - weight + impulse.linear).norm());
+    linear_gap = larger(linear_gap, (after.momentum - before.momentum - weight + impulse.linear).norm());
     angular_gap =
         std::max(angular_gap, (after.angular_momentum - before.angular_momentum - before.centre.cross(weight) + impulse.angular).norm());
     const LayerImpulses& layers = report.layers.at(0);
@@ -235,8 +236,8 @@ void strike(const CaseContext& context, CaseResult& result, ContactRule contact,
       sum += layers.layer[k];
       moment += c.numerics.cell_size * (layers.first + static_cast<double>(k)) * layers.layer[k].x();
     }
-    layer_gap = std::max(layer_gap, (sum - impulse.linear).norm());
-    moment_gap = std::max(moment_gap, std::abs(moment - impulse.angular.y()));
+    layer_gap = larger(layer_gap, (sum - impulse.linear).norm());
+    moment_gap = larger(moment_gap, std::abs(moment - impulse.angular.y()));
     if (std::isnan(first_ratio) && impulse.linear.x() > 0.0)
       first_ratio = std::hypot(impulse.linear.y(), impulse.linear.z()) / impulse.linear.x();
     taken += impulse.linear;
@@ -385,9 +386,9 @@ struct Patch {
       const Mat3 wanted = tensor(point.stress);
       state.grid.for_each_particle([&](const Particle& p) {
         const Vec3 v(p.velocity[0], p.velocity[1], p.velocity[2]);
-        worst.velocity = std::max(worst.velocity, (v - gradient * before[p.id]).norm() / (gradient.norm() * 10.0 * dx));
-        worst.gradient = std::max(worst.gradient, (Eigen::Map<const Mat3>(p.affine) - gradient).norm() / gradient.norm());
-        worst.stress = std::max(worst.stress, (tensor(material_state(p).stress) - wanted).norm() / std::max(wanted.norm(), 1.0));
+        worst.velocity = larger(worst.velocity, (v - gradient * before[p.id]).norm() / (gradient.norm() * 10.0 * dx));
+        worst.gradient = larger(worst.gradient, (Eigen::Map<const Mat3>(p.affine) - gradient).norm() / gradient.norm());
+        worst.stress = larger(worst.stress, (tensor(material_state(p).stress) - wanted).norm() / std::max(wanted.norm(), 1.0));
       });
     }
     return worst;
@@ -442,7 +443,7 @@ void rotate_patch(const CaseContext& context, CaseResult& result) {
     wanted(0, 0) += 2.0 * moduli.shear() * strain, wanted(1, 1) += 2.0 * moduli.shear() * strain;
     double worst = 0.0;
     stressed.state.grid.for_each_particle(
-        [&](const Particle& p) { worst = std::max(worst, (tensor(material_state(p).stress) - wanted).norm() / wanted.norm()); });
+        [&](const Particle& p) { worst = larger(worst, (tensor(material_state(p).stress) - wanted).norm() / wanted.norm()); });
     if (steps == 360) {
       result.check_absolute(Label::verification, "rigid rotation: velocity gradient over ω, largest deviation", d.gradient, 0.0, "",
                             4000.0 * epsilon, "as in the affine patch");
@@ -455,7 +456,7 @@ void rotate_patch(const CaseContext& context, CaseResult& result) {
     double in_plane = 0.0;
     free.state.grid.for_each_particle([&](const Particle& p) {
       const HenckyStrain<double> e = moduli.strain(material_state(p).stress);
-      in_plane = std::max(in_plane, e.volumetric / 3.0 + e.deviator.xx);
+      in_plane = larger(in_plane, e.volumetric / 3.0 + e.deviator.xx);
     });
     size.push_back(dt);
     stretch.push_back(in_plane);
@@ -500,7 +501,7 @@ void spin_ball(const CaseContext& context, CaseResult& result, Transfer transfer
   const double duration = 2.0 * pi / omega;
   advance(state, scene, duration, [&](const StepReport&) {
     const Totals now = totals(state, scene);
-    worst = std::max(worst, (now.angular_momentum - start.angular_momentum).norm() / start.angular_momentum_scale);
+    worst = larger(worst, (now.angular_momentum - start.angular_momentum).norm() / start.angular_momentum_scale);
   });
   const Totals end = totals(state, scene);
   double cosine = 0.0, sine = 0.0;

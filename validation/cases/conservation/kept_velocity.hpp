@@ -10,6 +10,7 @@
 
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/periodic.hpp"
 
 namespace mpm::validation {
@@ -49,7 +50,7 @@ inline std::pair<double, double> kept_velocity(double cfl, double relaxation_cel
     if (!box.owns(p)) return;
     const double kept = p.velocity[0] * sign(p) / speed;
     sum += kept, count += 1.0;
-    low = std::min(low, kept), high = std::max(high, kept);
+    low = smaller(low, kept), high = larger(high, kept);
   });
   return {sum / count, std::max(high - sum / count, sum / count - low)};
 }

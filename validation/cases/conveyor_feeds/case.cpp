@@ -12,6 +12,7 @@
 #include "libmpm/impact/steady.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/norms.hpp"
 
 namespace mpm::validation::conveyor_feeds {
 namespace {
@@ -75,7 +76,7 @@ void check_mass(const CaseContext& context, CaseResult& result, const Setting& s
   const double longest_step = stable_time_step(make_scene(c).material, c.numerics.cfl, c.numerics.cell_size, belt.velocity);
   double farthest = 0.0;
   for (std::size_t i = 0; i < window.time.size() && window.time[i] <= last; ++i)
-    farthest = std::max(farthest, std::abs(window.mass[i] / layer - (length + belt.velocity * window.time[i]) / spacing));
+    farthest = larger(farthest, std::abs(window.mass[i] / layer - (length + belt.velocity * window.time[i]) / spacing));
   result.check_relative(Label::verification, fmt::format("{}: mass in the window at first", setting.name), window.mass[0] / layer,
                         length / spacing, "layers", 0.5 * spacing / length, "ρ0 H W L, rounded to whole layers of particles");
   result.check_at_most(Label::verification,

@@ -22,6 +22,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "validation/harness/norms.hpp"
 #include "validation/harness/root.hpp"
 
 namespace mpm::validation {
@@ -84,7 +85,7 @@ class CylinderInJet {
         const double step = length[i] * slowness[i];
         next[i] = 0.5 * std::numbers::pi - (arc + 0.5 * step) / radius_;
         arc += step;
-        change = std::max(change, std::abs(next[i] - theta[i]));
+        change = larger(change, std::abs(next[i] - theta[i]));
       }
       theta = 0.5 * (theta + next);
       if (change < 1e-12) break;

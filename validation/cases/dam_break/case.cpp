@@ -7,6 +7,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/convergence.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
 namespace mpm::validation::dam_break {
@@ -87,7 +88,7 @@ Sample measure(const Case& c, const Instant& now, double t) {
   double momentum = 0.0;
   for (const ParticleRecord& q : now.particles) {
     momentum += q.mass * q.velocity.x();
-    s.foremost = std::max(s.foremost, q.position.x() / h0);
+    s.foremost = larger(s.foremost, q.position.x() / h0);
     if (q.position.x() > 0.0) s.passed += q.mass / (rho * dx * h0 * h0);
   }
   s.momentum = momentum / (0.5 * rho * c.numerics.gravity * h0 * h0 * dx * now.time);

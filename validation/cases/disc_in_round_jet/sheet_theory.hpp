@@ -14,6 +14,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/norms.hpp"
 
 namespace mpm::validation {
 
@@ -25,7 +26,7 @@ class DiscInJet {
     ratio_ = table.numbers("d_over_D");
     if (ratio_.size() < 4) throw ConfigError("DiscInJet: the table needs four rows at least");
     force_ = table.numbers("force"), drag_ = table.numbers("drag_coefficient");
-    for (const double apart : table.numbers("apart")) apart_ = std::max(apart_, apart);
+    for (const double apart : table.numbers("apart")) apart_ = larger(apart_, apart);
   }
   /// Force over rho U^2 times the section of the jet. @param ratio  d/D, within the table; ConfigError otherwise
   [[nodiscard]] double force(double ratio) const {

@@ -11,6 +11,7 @@
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
 #include "validation/harness/discrete_bar.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/particle_access.hpp"
 #include "validation/harness/setup.hpp"
 #include "validation/harness/slender.hpp"
@@ -443,7 +444,7 @@ void sweeps(const CaseContext& context, CaseResult& result, std::size_t& work) {
     work += v.particle_steps;
     by_count.x.push_back(n), by_count.y.push_back(v.frequency - 1.0);
     count_line.x.push_back(n), count_line.y.push_back(d.frequency - 1.0);
-    if (n > 1) worst = std::max(worst, std::abs(v.frequency - d.frequency) / std::abs(d.frequency - 1.0));
+    if (n > 1) worst = larger(worst, std::abs(v.frequency - d.frequency) / std::abs(d.frequency - 1.0));
   }
   result.check_at_most(Label::verification, "2 to 6 particles per cell and axis: frequency error against the analysis, largest deviation",
                        worst, 0.0, "", 0.05, "the free end adds a contribution of order dx / L = 1/16");

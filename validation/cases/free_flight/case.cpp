@@ -10,6 +10,7 @@
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/setup.hpp"
 
 namespace mpm::validation::free_flight {
@@ -153,11 +154,11 @@ void ballistic_rise(const CaseContext& context, CaseResult& result) {
       double highest = -1e9, lowest = 1e9;  // rise of the particle that rose most and least
       for (const ParticleRecord& p : now.particles) {
         const double risen = p.position.z() - start.at(p.id).z();
-        highest = std::max(highest, risen);
-        lowest = std::min(lowest, risen);
+        highest = larger(highest, risen);
+        lowest = smaller(lowest, risen);
       }
-      top = std::max(top, highest);
-      apart = std::max(apart, highest - lowest);
+      top = larger(top, highest);
+      apart = larger(apart, highest - lowest);
       if (finest && (now.index + 1) % (rise_samples / 20) == 0) {
         flight.x.push_back(now.time);
         flight.y.push_back(highest);
@@ -235,7 +236,7 @@ void run(const CaseContext& context, CaseResult& result) {
                           "centrifugal strain e = rho omega^2 R^2/E slows the spin by at most 2 e");
     double departure = 0.0;
     for (std::size_t i = 0; i < end.size(); ++i)
-      departure = std::max(departure, (end[i] - centre - rotation * (start[i] - start_centre)).norm());
+      departure = larger(departure, (end[i] - centre - rotation * (start[i] - start_centre)).norm());
     result.check_absolute(Label::verification, "largest departure of a particle from the rigid motion", departure, 0.0, "m",
                           2.0 * strain * radius, "centrifugal displacement e R, doubled by the ringing about it");
   }

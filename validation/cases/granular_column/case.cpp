@@ -12,6 +12,7 @@
 #include "libmpm/driver/convergence.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/io/csv.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/setup.hpp"
 
 namespace mpm::validation::granular_column {
@@ -150,7 +151,7 @@ Deposit collapse(const CaseContext& context, const Setup& setup, const Column& c
   std::vector<ParticleRecord> last_state;
   const RunCost cost = play(context, setup, [&](const Instant& now) {
     const double energy = kinetic_energy(now.particles);
-    peak = std::max(peak, energy);
+    peak = larger(peak, energy);
     at_rest = energy < rest_share * peak;
     d.time.push_back(now.time / unit);
     d.front.push_back(percentile_radius(now.particles, column.geometry, front_percentile) / r0);
@@ -176,7 +177,7 @@ Deposit collapse(const CaseContext& context, const Setup& setup, const Column& c
     if (bin >= volume.size()) volume.resize(bin + 1, 0.0);
     volume[bin] += p.mass / density;
     if (r < core) core_volume += p.mass / density;
-    last = std::max(last, r);
+    last = larger(last, r);
   }
   d.edge = last / r0 - 1.0;
   d.height = core_volume / area(0.0, core) / r0;

@@ -305,7 +305,7 @@ constexpr double quadrature_share = 0.05;
 void check_lateral_stress(CaseResult& result, const Column& column, const Errors& e) {
   double own = 0.0;  // each particle's ratio at its own stress: the law, whatever the grid did to the stress
   for (std::size_t i = 0; i < e.finest.z.size(); ++i)
-    own = std::max(own, std::abs(e.finest.ratio[i] - column.lateral_ratio(-e.finest.stress[i])));
+    own = larger(own, std::abs(e.finest.ratio[i] - column.lateral_ratio(-e.finest.stress[i])));
   if (column.elastic) {
     result.check_absolute(Label::verification, column.word + ": lateral over vertical stress, largest deviation", own, 0.0, "", 1e-10,
                           "lateral strain is exactly zero, the ratio is the law's; roundings of thousands of steps");
@@ -319,7 +319,7 @@ void check_lateral_stress(CaseResult& result, const Column& column, const Errors
       const double load = Column::load(z), off = 3.0 * quadrature_share * column.compression(weight) * weight;
       if (!interior(z)) continue;
       for (const double l : {load - off, load + off})
-        slack = std::max(slack, 5e-4 + std::abs(column.lateral_ratio(l) - column.lateral_ratio(load)));
+        slack = larger(slack, 5e-4 + std::abs(column.lateral_ratio(l) - column.lateral_ratio(load)));
     }
     result.check_absolute(
         Label::verification, column.word + ": lateral over vertical stress (K0) against the path at its height, interior cells",
@@ -389,7 +389,7 @@ Plot order_plot(const Column& column, const Errors& e) {
 void check_discrete_equilibrium(CaseResult& result, const Column& column, const Errors& e, int cells) {
   const std::vector<double> discrete = discrete_equilibrium(cells);
   double worst = 0.0;
-  for (std::size_t i = 0; i < discrete.size(); ++i) worst = std::max(worst, std::abs(e.finest.stress[i] / weight - discrete[i]));
+  for (std::size_t i = 0; i < discrete.size(); ++i) worst = larger(worst, std::abs(e.finest.stress[i] / weight - discrete[i]));
   result.check_absolute(
       Label::verification, column.word + ": stress of each particle against the discrete equilibrium over ρ0 g H, largest deviation", worst,
       0.0, "", column.compression(weight), "the discrete equilibrium is that of the undeformed column: exact to the strain at the floor");
@@ -437,7 +437,7 @@ void reference_table(const CaseContext& context, CaseResult& result) {
   double worst = 0.0;
   for (std::size_t i = 0; i < kind.size(); ++i) {
     const Column c = elastic_column("", "", 1e6 * height / tall[i], kind[i] == "fluid_M0");  // only H/E matters
-    worst = std::max(worst, std::abs(-100.0 * c.displacement(height) / height / percent[i] - 1.0));
+    worst = larger(worst, std::abs(-100.0 * c.displacement(height) / height / percent[i] - 1.0));
   }
   result.check_at_most(Label::verification, "exact settlements against the table in reference_data, largest relative difference", worst,
                        0.0, "", 1e-8, "nine digits are given");

@@ -212,8 +212,8 @@ void hencky_simple_shear(const CaseContext& context, CaseResult& result, const m
     const double scale = tau.norm();
     for (const MaterialParameters& spec : {MaterialParameters(strong), MaterialParameters(elastic)})
       for (const int steps : {1, 7, 160})
-        map = std::max(map, (to_mat3(follow_path(library_path(spec, path(gamma), steps), steps).back().stress) - tau).norm() / scale);
-    reference = std::max(reference, (general_reference(model, path(gamma), {1e-13, 4}).points.back().stress - tau).norm() / scale);
+        map = larger(map, (to_mat3(follow_path(library_path(spec, path(gamma), steps), steps).back().stress) - tau).norm() / scale);
+    reference = larger(reference, (general_reference(model, path(gamma), {1e-13, 4}).points.back().stress - tau).norm() / scale);
   }
   result.check_at_most(Label::verification, "Hencky simple shear, γ = 0.001 to 4: all six components, 1 to 160 steps", map, 0.0, "", 1e-10,
                        "no step error (F is the product of the increments): round-off of b_e, largest where γ is small");

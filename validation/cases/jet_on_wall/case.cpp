@@ -15,6 +15,7 @@
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/io/csv.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/root.hpp"
 #include "validation/harness/shallow_flow.hpp"
 
@@ -192,7 +193,7 @@ Steady run_jet(const CaseContext& context, const Setup& setup, const Jet& jet, c
       s.axis_x.push_back(x / b);
       s.axis_pressure.push_back(1e-3 * pressure);
     }
-    if (key.second == 0 && z < 2.0 * b) s.crowding = std::max(s.crowding, cell.volume / cell_volume);
+    if (key.second == 0 && z < 2.0 * b) s.crowding = larger(s.crowding, cell.volume / cell_volume);
     if (key.second == 0) {
       s.wall_z.push_back(z / b);
       s.wall_pressure.push_back(1e-3 * pressure);
@@ -265,7 +266,7 @@ void check_closed_form(const CaseContext& context, CaseResult& result, const Cas
   const std::vector<double> speeds = table.numbers("v"), pressures = table.numbers("p_stag_hencky");
   double apart = 0.0;
   for (std::size_t i = 0; i < speeds.size(); ++i)
-    apart = std::max(apart, std::abs(hencky_stagnation_pressure(speeds[i], jet.density, k) / pressures[i] - 1.0));
+    apart = larger(apart, std::abs(hencky_stagnation_pressure(speeds[i], jet.density, k) / pressures[i] - 1.0));
   result.check_absolute(Label::verification,
                         "closed form of the elastic stagnation pressure against the table, largest relative difference", apart, 0.0, "",
                         1e-9, "ten digits of the table");

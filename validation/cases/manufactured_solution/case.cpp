@@ -8,6 +8,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/particle_access.hpp"
 #include "validation/harness/periodic.hpp"
 
@@ -81,13 +82,13 @@ double momentum_residual(const Solution& s) {
         (s.displacement(Place(x), s.at(t + dt)) - 2.0 * s.displacement(Place(x), s.at(t)) + s.displacement(Place(x), s.at(t - dt))) /
         (dt * dt);
     const Vec3 b = s.body_force(Place(x), s.at(t));
-    scale = std::max(scale, s.density * b.norm());
+    scale = larger(scale, s.density * b.norm());
     for (int i = 0; i < 3; ++i) {
       const auto piola = [&](double shift) {
         const Place at(x + shift * Vec3::Unit(i));
         return s.stress(at, s.at(t))[i] / s.stretch(at, s.at(t))[i];
       };
-      worst = std::max(worst, std::abs(s.density * (acceleration[i] - b[i]) - (piola(h) - piola(-h)) / (2.0 * h)));
+      worst = larger(worst, std::abs(s.density * (acceleration[i] - b[i]) - (piola(h) - piola(-h)) / (2.0 * h)));
     }
   }
   return worst / scale;
@@ -190,7 +191,7 @@ Errors simulate(const CaseContext& context, const Settings& s) {
       const double txx = exact.stress(places[p.id], next).x();
       squares += (u - exact.displacement(places[p.id], next)).squaredNorm();
       stress_squares += (p.stress[0] - txx) * (p.stress[0] - txx);
-      largest_stress = std::max(largest_stress, std::abs(txx));
+      largest_stress = larger(largest_stress, std::abs(txx));
       if (n + 1 == late) result.late_displacement[p.id] = u;
       if (n + 1 == middle && s.quasi_1d) {
         result.x.push_back(x.x()), result.ux.push_back(u.x()), result.txx.push_back(p.stress[0]);
@@ -200,8 +201,8 @@ Errors simulate(const CaseContext& context, const Settings& s) {
     const auto count = static_cast<double>(reference.size());
     result.time.push_back((t + dt) / exact.period());
     result.history.push_back(std::sqrt(squares / count) / amplitude);
-    result.displacement = std::max(result.displacement, result.history.back());
-    result.stress = std::max(result.stress, std::sqrt(stress_squares / count));
+    result.displacement = larger(result.displacement, result.history.back());
+    result.stress = larger(result.stress, std::sqrt(stress_squares / count));
   }
   result.stress /= largest_stress;
   return result;

@@ -10,6 +10,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "validation/cases/plate_in_jet/free_streamlines.hpp"
 #include "validation/harness/case.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/plane_jet.hpp"
 
 namespace mpm::validation::plate_in_jet {
@@ -129,7 +130,7 @@ std::vector<PlateInJet::Point> exact_streamline(const PlateInJet& exact, double 
 /// Distance of (x, y) to the nearest point of a line.
 double distance_to(const std::vector<PlateInJet::Point>& line, double x, double y) {
   double least = std::numeric_limits<double>::infinity();
-  for (const auto& p : line) least = std::min(least, std::hypot(p.x - x, p.y - y));
+  for (const auto& p : line) least = smaller(least, std::hypot(p.x - x, p.y - y));
   return least;
 }
 
@@ -139,8 +140,8 @@ void measure_edges(Measured& m, const PlateInJet& exact, const SheetEdges& sheet
   for (std::size_t i = 1; i < sheet.count(); ++i) {  // the edge stands upright in the first column
     const auto [low, high] = sheet.edges(i, mass_of_cell);
     m.x.push_back(sheet.place(i) / b), m.cavity.push_back(low / b), m.outer.push_back(high / b);
-    m.cavity_error = std::max(m.cavity_error, distance_to(cavity, m.x.back(), m.cavity.back()) * b / dx);
-    m.outer_error = std::max(m.outer_error, distance_to(outer, m.x.back(), m.outer.back()) * b / dx);
+    m.cavity_error = larger(m.cavity_error, distance_to(cavity, m.x.back(), m.cavity.back()) * b / dx);
+    m.outer_error = larger(m.outer_error, distance_to(outer, m.x.back(), m.outer.back()) * b / dx);
   }
 }
 
@@ -293,7 +294,7 @@ void check_reference(CaseResult& result) {
     if (std::abs(sigma - exact.exit_angle()) < 0.01) continue;
     const PlateInJet::Point low = exact.free_streamline(sigma - h), high = exact.free_streamline(sigma + h);
     const double along = exact.potential(sigma + h) - exact.potential(sigma - h);
-    worst = std::max(worst, std::hypot((high.x - low.x) / along - std::cos(sigma), (high.y - low.y) / along - std::sin(sigma)));
+    worst = larger(worst, std::hypot((high.x - low.x) / along - std::cos(sigma), (high.y - low.y) / along - std::sin(sigma)));
   }
   result.check_absolute(Label::verification, "free streamlines: largest difference of dz/dφ from the direction of the flow", worst, 0.0, "",
                         1e-5, "central differences over 1e-5 rad, 0.01 rad and more from a singularity: (1e-3)²");
@@ -310,7 +311,7 @@ void check_reference(CaseResult& result) {
 /// Pressure along the plate, and angle and speed of the turned jet. @param speed  of the jet, m/s
 void check_flow(CaseResult& result, const Measured& seven, double speed) {
   double worst = 0.0;
-  for (std::size_t row = 0; row + 1 < seven.p.size(); ++row) worst = std::max(worst, std::abs(seven.p[row] - seven.p_exact[row]));
+  for (std::size_t row = 0; row + 1 < seven.p.size(); ++row) worst = larger(worst, std::abs(seven.p[row] - seven.p_exact[row]));
   result.check_absolute(Label::verification, "7 cells: largest error of the pressure along the plate over ρU²/2, but for the edge row",
                         worst, 0.0, "", 0.05, "aim: 5 % of the dynamic pressure");
   result

@@ -9,6 +9,7 @@
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "validation/harness/in_parallel.hpp"
+#include "validation/harness/norms.hpp"
 #include "validation/harness/setup.hpp"
 
 namespace mpm::validation::sliding_block {
@@ -73,8 +74,8 @@ Slide slide(const CaseContext& context, const Run& run, const Setup& setup, Case
     s.speed = centre.velocity.x();
     s.particles = now.particles.size();
     if (now.time < run.rest_time * (1.0 + 1e-12)) s.rise = centre.position.z() - start.z();
-    if (now.time < 0.9 * run.rest_time && force.z() < 0.0)
-      s.friction_error = std::max(s.friction_error, std::abs(force.x() / (-mu * force.z()) - 1.0));
+    if (now.time < 0.9 * run.rest_time && !(force.z() >= 0.0))
+      s.friction_error = larger(s.friction_error, std::abs(force.x() / (-mu * force.z()) - 1.0));
     if (now.state != nullptr && run.id == "thrown" && now.index + 1 == setup.times.size()) {
       result.flows.push_back(flow_picture(context.directory(), *now.state, *now.scene,
                                           {.id = "rest",
@@ -157,12 +158,12 @@ FaceSlide slide_on_face(const Case& base, const Face& face, double rest_time) {
     if (state.time <= rest_time) s.rise += step.dt * v.dot(face.normal);
     s.distance += step.dt * v.dot(face.along);
     s.speed = v.dot(face.along);
-    s.turned = std::max(s.turned, std::abs(v.dot(across)));
-    s.largest_step = std::max(s.largest_step, step.dt);
+    s.turned = larger(s.turned, std::abs(v.dot(across)));
+    s.largest_step = larger(s.largest_step, step.dt);
     const Vec3& impulse = step.impulses[*scene.obstacle].linear;
     const double normal = -impulse.dot(face.normal), drag = impulse.dot(face.along);
     if (state.time >= 0.9 * rest_time || normal <= 0.0) return;
-    s.friction_error = std::max(s.friction_error, std::abs(drag / (mu * normal) - 1.0));
+    s.friction_error = larger(s.friction_error, std::abs(drag / (mu * normal) - 1.0));
     pushed += normal, dragged += drag;
   });
   s.mean_friction = dragged / (mu * pushed);
