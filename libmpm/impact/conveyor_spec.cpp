@@ -64,11 +64,11 @@ void check_obstacle(const ConveyorSpec& belt, const ObstacleSpec& obstacle, Para
   if (!ObstacleSpec::plan_is_valid(TableReport(report, "obstacle"))) return;
   const Outline outline = outline_of(obstacle.shape);
   const double width = outline.bounds().sizes().y(), depth = outline.bounds().max().x();
-  if (report.all_valid({"conveyor.width_m", "material.hardening_xi"}) && belt.width < width) {
+  if (report.all_valid({"conveyor.width_m", "material.hardening_xi"}) && belt.width <= width) {
     const std::string turned = width == obstacle.width() ? "" : fmt::format(" ({:.6g} across the flow)", width);
     report.problem("obstacle.width_m",
-                   fmt::format("= {}{} is wider than the belt, {} m; make it narrower, or give a larger conveyor.width_m", obstacle.width(),
-                               turned, belt.width));
+                   fmt::format("= {}{} leaves no room on the belt, {} m wide; make it narrower, or give a larger conveyor.width_m",
+                               obstacle.width(), turned, belt.width));
   }
   const bool window = belt.feed == ConveyorSpec::Feed::window;
   if (window && report.all_valid({"conveyor.feed", "conveyor.downstream_length_m"}) && belt.downstream_length < depth) {

@@ -112,7 +112,7 @@ TEST(ObstacleKeys, AreRefusedWhereTheyMeanNothingOrAreOutOfRange) {
   tells({near, "obstacle.rotation_deg=45", "obstacle.width_m=3", "obstacle.depth_m=3"},
         "ends inside the obstacle; give at least its depth, 4.24264 m");
   tells({near, "obstacle.shape=cylinder", "obstacle.width_m=4.1"}, "ends inside the obstacle; give at least its depth, 4.1 m");
-  tells({"obstacle.rotation_deg=45", "conveyor.width_m=2"}, "wider than the belt");
+  tells({"obstacle.rotation_deg=45", "conveyor.width_m=2"}, "leaves no room on the belt");
   EXPECT_EQ(message_of({"obstacle.rotation_deg=45", "conveyor.mirror_y=true"}), "") << "a square on its edge is symmetric";
   EXPECT_EQ(message_of({"obstacle.shape=wedge", "conveyor.mirror_y=true"}), "");
 }
