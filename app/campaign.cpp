@@ -252,14 +252,20 @@ void status(const CampaignArguments& a) {
   const std::vector<RunStatus> all = status_of(out, campaign);
   const Preparation changes = compare_with_folder(out, campaign);
   print_changes(changes);
-  // The tables in the folder may belong to another plan, or to a version of the program with other case hashes: do not change those.
-  const bool same_plan = fs::exists(out / "plan.toml") && read_file(out / "plan.toml") == resolved_plan(campaign);
-  if (same_plan && changes.replaced.empty()) write_campaign_tables(out, campaign, all);
   const int jobs = a.jobs > 0 ? a.jobs : default_jobs(campaign.plan);
   if (a.json) {
     print_status_json(campaign, all, jobs);
   } else {
     print_status(stdout, campaign, all, out, jobs, a.list);
+  }
+  if (!fs::exists(out / "plan.toml")) return;
+  // The tables in the folder may belong to another plan, or to a version of the program with other case hashes: do not change those.
+  if (read_file(out / "plan.toml") != resolved_plan(campaign) || !changes.replaced.empty())
+    return fmt::print(stderr, "the tables in '{}' are of another plan, and stay as they are until `mpm campaign run`\n", out.string());
+  try {
+    write_campaign_tables(out, campaign, all);
+  } catch (const IoError& error) {
+    fmt::print(stderr, "the tables are not brought up to date: {}\n", error.what());
   }
 }
 
