@@ -13,6 +13,7 @@
 #include <span>
 #include <sstream>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "libmpm/base/error.hpp"
@@ -195,7 +196,8 @@ Campaign make_campaign(CampaignPlan plan) {
   Campaign campaign;
   SharedProblems problems;
   const std::string prefix = plan.file.empty() ? "--set " : plan.file + ": ";
-  std::map<std::pair<std::string, double>, std::size_t> known;  // case and end -> index
+  using Same = std::tuple<std::string, double, double, std::string>;  // case, end, rule that stops it, column that has to be steady
+  std::map<Same, std::size_t> known;                                  // -> index
   std::map<std::string, std::size_t> names;
   for (const PlannedRun& planned : plan.runs) {
     if (problems.full()) break;
@@ -209,7 +211,8 @@ Campaign make_campaign(CampaignPlan plan) {
     run.spec.title = plan.title.empty() ? run.name : fmt::format("{}: {}", plan.title, run.name);
     run.case_hash = case_hash_text(run.spec);
     run.cost = estimate(run.spec);
-    if (!known.try_emplace({run.case_hash, Sampling(run.spec).end()}, campaign.runs.size()).second) {
+    const Same same{run.case_hash, Sampling(run.spec).end(), run.spec.output.stop_when_steady, run.spec.measurement.steady_column()};
+    if (!known.try_emplace(same, campaign.runs.size()).second) {
       ++campaign.duplicates;
       continue;
     }

@@ -18,7 +18,7 @@ namespace mpm {
 namespace {
 
 /// Entries of results.json that results.csv has, although they describe the computation: what a row needs to be judged by itself.
-constexpr std::array<std::string_view, 3> row_entries{"version", "commit", "precision"};
+constexpr std::array<std::string_view, 4> row_entries{"version", "commit", "precision", "steady_column"};
 constexpr std::array<std::string_view, 2> stop_entries{"stop_when_steady", "stopped_when_steady"};  // if the plan has that rule
 
 /// Entries of results.json that describe the computation, not the physics: columns of runs.csv, except for those that results.csv has and

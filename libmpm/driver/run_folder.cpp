@@ -143,6 +143,7 @@ void require_no_other_files(const std::filesystem::path& directory, std::initial
 
 bool is_whole_run(const Results& results, const Case& c) {
   if (results.text("case_hash") != case_hash_text(c) || results.has("measured_from")) return false;
+  if (results.has("steady_column") && results.text("steady_column") != c.measurement.steady_column()) return false;  // to be measured again
   const double last = Sampling(c).end(), missing = last - results.number_or_nan("duration_s");
   if (std::abs(missing) <= 1e-9 * last) return true;
   // it ended by a rule at least as strict as that of the case

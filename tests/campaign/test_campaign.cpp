@@ -85,6 +85,22 @@ TEST(Campaign, KeepsEachCaseOnceAndTurnsFramesOff) {
   EXPECT_EQ(kept.runs[0].spec.output.frames_per_second, OutputSpec{}.frames_per_second);
 }
 
+TEST(Campaign, TellsRunsApartThatEndOrAreMeasuredByOtherRules) {
+  const Campaign c = make_campaign(
+      parse_plan(std::string(testing::avalanche_plan) +
+                     "[parameters]\n\"output.stop_when_steady\" = [0.05, 0.01]\n\"measurement.steady_by\" = [\"runup_p99\", \"runup\"]\n",
+                 "plan.toml"));
+  ASSERT_EQ(c.runs.size(), 4u);
+  EXPECT_EQ(c.duplicates, 0u);
+  EXPECT_EQ(c.runs[0].case_hash, c.runs[3].case_hash);
+  Results done;
+  done.add({"case_hash", c.runs[0].case_hash, {}, {}});
+  done.add({"duration_s", c.runs[0].spec.output.duration, {}, {}});
+  done.add({"steady_column", std::string("runup_p99_m"), {}, {}});
+  EXPECT_TRUE(is_whole_run(done, c.runs[0].spec));
+  EXPECT_FALSE(is_whole_run(done, c.runs[1].spec)) << "it is to be measured again";
+}
+
 TEST(Campaign, RefusesFaultyCasesAllAtOnceAndNamesThatTwoShare) {
   try {
     (void)campaign_of("[parameters]\n\"numerics.cfl\" = [7.0, 0.4, 8.0]\n\"material.poisson_ratio\" = [0.9, 0.1]\n");
@@ -298,7 +314,7 @@ TEST_F(CampaignFolder, TheTableIsTheSameWhateverTheOrderAndTimes) {
   EXPECT_EQ(t.numbers("particles_final"), (std::vector{64.0, 64.0, 512.0, 512.0}));
   EXPECT_EQ(t.text("precision"), std::vector<std::string>(4, "double"));
   const Table executions = Table::read(out() / "0/runs.csv");
-  const std::set<std::string> about_the_run{"case_hash", "version", "commit", "precision"};
+  const std::set<std::string> about_the_run{"case_hash", "version", "commit", "precision", "steady_column"};
   const std::set<std::string> of_the_stop_rule{"stop_when_steady", "stopped_when_steady"};  // no run of this plan has it
   const std::set<std::string> of_the_files{"title", "format_version", "series_crc32", "profile_crc32", "crc32"};
   for (const std::string& entry : run_entries(Nature::execution)) {
