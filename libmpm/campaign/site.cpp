@@ -156,7 +156,7 @@ Site parse_site(std::string_view text, std::string_view file_name) try {
   throw ConfigError(fmt::format("{}\n(keys of a site file: mpm schema --site)", error.what()));
 }
 Site read_site(const std::filesystem::path& file) { return parse_site(config::bounded_file_text(file), file.string()); }
-std::string write_site(const Site& site) { return config::write(site_schema(), &site); }
+std::string write_site(const Site& site) { return config::write(site_schema(), &site, config::Defaults::shown); }
 
 std::vector<SiteSnow> design_snows(const Site& site) {
   if (!site.flow.snow_class) return site.snows;

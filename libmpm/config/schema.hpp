@@ -73,8 +73,8 @@ class Schema {
   [[nodiscard]] bool used(const Key& key, const Table& table, const void* root, std::size_t i) const {
     return holds(key.used, table, root, i);
   }
-  /// The value to write; empty for a key that is not used, left out, or hidden while it has its default.
-  [[nodiscard]] std::optional<Value> written(const Key& key, const Table& table, const void* root, std::size_t i) const;
+  /// The value to write; empty for a key that is not used, left out, or, unless `hidden` is asked for, hidden while it has its default.
+  [[nodiscard]] std::optional<Value> written(const Key& key, const Table& table, const void* root, std::size_t i, bool hidden) const;
 
  protected:
   /// An empty table at the end.
@@ -153,8 +153,11 @@ class SchemaOf : public Schema {
   }
 };
 
+/// Which defaults a file holds: all, or those that are not hidden. The hash of a case is of the latter, so that a new key leaves it as it
+/// is.
+enum class Defaults : std::uint8_t { all, shown };
 /// Every key that applies, as a file that reads back to the same object. @param skip  keys that are left out ("table.name")
-[[nodiscard]] std::string write(const Schema& schema, const void* root, const std::vector<std::string>& skip = {});
+[[nodiscard]] std::string write(const Schema& schema, const void* root, Defaults defaults, const std::vector<std::string>& skip = {});
 
 /// One key, "table.key" or "body[0].key", as text: a number as in `write`, a string without its quotes. Empty if it is not written.
 [[nodiscard]] std::optional<std::string> value_of(const Schema& schema, const void* root, const std::string& path);

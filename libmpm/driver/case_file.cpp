@@ -117,7 +117,7 @@ PathSpec read_path(const std::filesystem::path& file, const std::vector<std::str
   return parse_path(config::bounded_file_text(file), file.string(), overrides);
 }
 
-std::string write_case(const Case& spec) { return config::write(case_schema(), &spec); }
+std::string write_case(const Case& spec) { return config::write(case_schema(), &spec, config::Defaults::all); }
 
 std::optional<std::string> case_value(const Case& spec, const std::string& path) { return config::value_of(case_schema(), &spec, path); }
 
@@ -147,7 +147,9 @@ std::vector<std::string> case_differences(const Case& before, const Case& now) {
   return config::differences(case_schema(), &before, &now, skip);
 }
 
-std::uint64_t case_hash(const Case& spec) { return config::hash(config::write(case_schema(), &spec, keys_outside_hash(spec))); }
+std::uint64_t case_hash(const Case& spec) {
+  return config::hash(config::write(case_schema(), &spec, config::Defaults::shown, keys_outside_hash(spec)));
+}
 
 std::string case_hash_text(const Case& spec) { return fmt::format("{:016x}", case_hash(spec)); }
 
