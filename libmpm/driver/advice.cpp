@@ -432,6 +432,8 @@ std::vector<Advice> plausible_values(const Impact& i) {
   const Limit limits[] = {
       {"conveyor.velocity_m_s", i.belt.velocity, 0.1, 80.0, "m/s",
        "dense avalanches flow at up to some 60 m/s, the paper's at 0.4 to 29 m/s"},
+      {"Froude number", i.c.numerics.gravity > 0.0 ? i.froude() : 0.0, 0.0, 10.0, "",
+       "the paper's avalanches have 0.1 to 7; 50 km/h are 14 m/s"},
       {"conveyor.flow_height_m", i.depth(), 0.1, 20.0, "m", "assumed: dense avalanches are some tenths of a metre to some metres deep"},
       {"material.density_kg_m3", i.c.material.density(), 50.0, 700.0, "kg/m^3",
        "assumed: flowing snow has 100 to 500 kg/m^3, and 300 is a common estimate (Sect. 2.2 of the paper)"},

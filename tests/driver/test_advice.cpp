@@ -204,6 +204,7 @@ TEST(AdviceAboutACase, WarnsOfStiffSlowSnowNearTheInlet) {
 
 TEST(AdviceAboutACase, WarnsOfValuesThatNoAvalancheHas) {
   EXPECT_THAT(of("plausible_values", {"material.density_kg_m3=0.3e4"}).what, HasSubstr("density_kg_m3 = 3e+03"));
+  EXPECT_THAT(of("plausible_values", {"conveyor.velocity_m_s=50"}).what, HasSubstr("Froude number = ")) << "km/h";
   EXPECT_THAT(of("plausible_values", {"obstacle.friction=5"}).what, HasSubstr("obstacle.friction = 5"));
 }
 
