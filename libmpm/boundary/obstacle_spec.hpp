@@ -22,9 +22,16 @@ struct ObstacleSpec {
   std::optional<double> friction_ratio;  ///< mu / tan(phi'), given instead of friction: resolve_friction turns it into friction
   bool operator==(const ObstacleSpec&) const = default;
 
-  /// w, m: the width that corresponds to the paper's
+  /// w, m: the width that corresponds to the paper's, of what faces the flow
   [[nodiscard]] double width() const {
-    return std::visit([](const auto& s) { return s.width; }, shape);
+    return std::visit(
+        [](const auto& s) {
+          if constexpr (requires { s.facing_width(); })
+            return s.facing_width();
+          else
+            return s.width;
+        },
+        shape);
   }
   /// How it meets the flow: what begins above the ground lets snow pass below it, as no obstacle of the grid studies does.
   [[nodiscard]] Front front() const {

@@ -39,7 +39,7 @@ std::vector<int> prescribed_grids(const SitePlan& plan) {
 
 /// An odd number of cells across the mast that gives at least the requested cells in the smaller of w and H.
 double cell_size_of(const Site& site, int cells) {
-  const double w = site.mast.width, across = cells * std::max(1.0, w / site.flow.depth);
+  const double w = site.mast.facing_width(), across = cells * std::max(1.0, w / site.flow.depth);
   const double odd = 2.0 * std::ceil(0.5 * (across - 1.0) - 1e-9) + 1.0;
   return w / odd;
 }
@@ -48,8 +48,8 @@ double duration_of(const Site& site) {
   if (site.plan.duration) return *site.plan.duration;
   constexpr double least_steady = 3.0, way = 20.0;  // s; over max(w, H)
   const double rise = site.flow.velocity / site.gravity();
-  const double needed =
-      std::max(2.0 * rise + std::max(3.0 * rise, least_steady), way * std::max(site.mast.width, site.flow.depth) / site.flow.velocity);
+  const double needed = std::max(2.0 * rise + std::max(3.0 * rise, least_steady),
+                                 way * std::max(site.mast.facing_width(), site.flow.depth) / site.flow.velocity);
   return std::ceil(10.0 * needed) / 10.0;
 }
 
@@ -63,8 +63,9 @@ CompactWindow window_of(const Site& site) {
   CompactWindow window = compact_window(flow, plan.sizes().y(), plan.max().x());
   constexpr double beside = 2.5;  // of r, between the end of an arm and the side wall: as beside the mast with w = r
   if (site.arm)
-    window.width = std::max(window.width, site.arm->length + 2.0 * beside * std::max(mast.width, std::sqrt(mast.width * flow.height)));
-  const auto whole = [&](double length) { return mast.width * std::ceil(length / mast.width - 1e-9); };
+    window.width = std::max(window.width,
+                            site.arm->length + 2.0 * beside * std::max(mast.facing_width(), std::sqrt(mast.facing_width() * flow.height)));
+  const auto whole = [&](double length) { return mast.facing_width() * std::ceil(length / mast.facing_width() - 1e-9); };
   return {2.0 * whole(0.5 * window.width), whole(window.upstream_length), whole(window.downstream_length)};
 }
 
@@ -80,7 +81,7 @@ std::string base_case(const Site& site) {
   const SiteFlow& flow = site.flow;
   const SiteMast& mast = site.mast;
   const CompactWindow window = window_of(site);
-  const double w = mast.width, smaller = std::min(w, flow.depth);
+  const double w = mast.facing_width(), smaller = std::min(w, flow.depth);
   const bool box = mast.shape == SiteMast::Shape::box;
   std::string text = fmt::format(
       "[material]\nmodel = \"cohesive_cam_clay\"\ndensity_kg_m3 = {}\ncritical_state_slope = 0.5\ncohesion_beta = 0.0\n"
@@ -125,7 +126,7 @@ std::vector<std::pair<std::string, std::string>> keys_of_the_site(const Site& si
 std::string in_words_of_the_site(std::string text, const Site& site) {
   static const std::regex cell_size(R"(numerics\.cell_size_m = ([0-9]+\.?[0-9]*(e-[0-9]+)?))");
   for (std::smatch found; std::regex_search(text, found, cell_size);) {
-    const double needed = std::min(site.mast.width, site.flow.depth) / std::stod(found[1]);
+    const double needed = std::min(site.mast.facing_width(), site.flow.depth) / std::stod(found[1]);
     const auto cells = std::ranges::find_if(ladder, [&](int n) { return n >= std::max(needed, 5.0) - 1e-6; });
     const std::string key =
         cells == ladder.end() ? "a finer grid than plan.finest_cells = 21" : fmt::format("plan.finest_cells = {}", *cells);
@@ -249,6 +250,7 @@ std::string design_plan_json(const DesignPlan& plan) {
   root["mast"] = Json{{"shape", site.mast.shape == SiteMast::Shape::box ? "box" : "cylinder"},
                       {"width_m", site.mast.width},
                       {"depth_m", site.mast.depth.value_or(site.mast.width)},
+                      {"facing_width_m", site.mast.facing_width()},
                       {"height_m", site.mast.height ? Json(*site.mast.height) : Json()},
                       {"angle_deg", site.mast.angle * 180.0 / std::numbers::pi},
                       {"taper", site.mast.taper},

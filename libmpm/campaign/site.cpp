@@ -109,29 +109,38 @@ void check_arm(const Site& site, ParameterReport& report) {
                                       site.flow.snow_cover));
 }
 
+/// The mast against the depth of a flow. @param key  of the depth @param flow  whose it is, for messages
+void check_mast_in(const std::string& key, double depth, const std::string& flow, const Site& site, ParameterReport& report) {
+  const SiteMast& mast = site.mast;
+  if (!report.all_valid({key, "mast.width_m", "mast.depth_m", "mast.angle_deg"}) || !(depth > 0.0) || !(mast.width > 0.0)) return;
+  const double cover = site.flow.snow_cover;
+  if (report.all_valid({"mast.height_m", "flow.snow_cover_m"}) && mast.height && *site.exposed_height() < depth) {
+    report.problem("mast.height_m", fmt::format("= {} m is lower than {}{}, {} m; a mast is higher, check the unit", *mast.height, flow,
+                                                cover > 0.0 ? " on its snow cover" : "", depth + cover));
+  }
+  constexpr double least = 0.1, most = 10.0;
+  const double ratio = mast.facing_width() / depth;
+  if (ratio < least || ratio > most) {
+    report.problem("mast.width_m",
+                   fmt::format("= {} m is {:.3g} times the depth of {}; {} to {} times can be computed (the paper: 0.5 to 3)",
+                               mast.facing_width(), ratio, flow, least, most));
+  }
+}
+
 void resolve(Site& site, ParameterReport& report) {
   resolve_speed(site, report);
   resolve_snows(site, report);
   if (site.mast.shape == SiteMast::Shape::box && !site.mast.depth) site.mast.depth = site.mast.width;
-  if (report.all_valid({"mast.height_m", "flow.depth_m", "flow.snow_cover_m"}) && site.mast.height &&
-      *site.exposed_height() < site.flow.depth) {
-    report.problem("mast.height_m",
-                   fmt::format("= {} m is lower than the flow{}, {} m; a mast is higher, check the unit", *site.mast.height,
-                               site.flow.snow_cover > 0.0 ? " on its snow cover" : "", site.flow.depth + site.flow.snow_cover));
-  }
+  check_mast_in("flow.depth_m", site.flow.depth, "the flow", site, report);
   check_arm(site, report);
   constexpr std::size_t most_scenarios = 3;
   if (site.scenarios.size() > most_scenarios)
     report.problem("scenario[3]", fmt::format("is one of {} scenarios; at most {} are possible", site.scenarios.size(), most_scenarios));
   refuse_equal_names(site.scenarios, "scenario", report);
-  if (report.all_valid({"mast.width_m", "flow.depth_m"}) && site.mast.width > 0.0 && site.flow.depth > 0.0) {
-    constexpr double least = 0.1, most = 10.0;
-    const double ratio = site.mast.width / site.flow.depth;
-    if (ratio < least || ratio > most) {
-      report.problem("mast.width_m",
-                     fmt::format("= {} m is {:.3g} times the depth of the flow; {} to {} times can be computed (the paper: 0.5 to 3)",
-                                 site.mast.width, ratio, least, most));
-    }
+  for (std::size_t i = 0; i < site.scenarios.size(); ++i) {
+    const SiteScenario& scenario = site.scenarios[i];
+    check_mast_in(fmt::format("scenario[{}].depth_m", i), scenario.depth, fmt::format("the flow of scenario \"{}\"", scenario.name), site,
+                  report);
   }
 }
 

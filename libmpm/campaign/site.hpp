@@ -132,7 +132,8 @@ struct SiteMast {
   std::optional<double> drag_coefficient;                                ///< c_D of the guideline's force; empty: by the shape
   bool operator==(const SiteMast&) const = default;
 
-  [[nodiscard]] ObstacleSpec obstacle() const;  ///< its shape and height; in a resolved site
+  [[nodiscard]] ObstacleSpec obstacle() const;                              ///< its shape and height; in a resolved site
+  [[nodiscard]] double facing_width() const { return obstacle().width(); }  ///< of what faces the flow, m
 
   /// The keys of [mast] (base/parameter.hpp).
   template <class Table>

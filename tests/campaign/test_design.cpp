@@ -1,5 +1,6 @@
 /// From a site file to an ensemble of runs.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -136,6 +137,34 @@ TEST(SiteFile, HoldsObliqueFlowSnowCoverBeamRangesAndScenariosAndHidesTheirDefau
   EXPECT_THAT(message_of(with("snow_class", "snow_cover_m = 10.5\nsnow_class")), HasSubstr("on its snow cover, 12.5 m"));
   EXPECT_THAT(message_of(mast_site + scenario + scenario + scenario + scenario), HasSubstr("at most 3"));
   EXPECT_THAT(message_of(mast_site + scenario + scenario), HasSubstr("scenario[1]] name = \"100 years\" is given twice"));
+}
+
+TEST(SiteFile, ChecksEveryScenarioAgainstTheMast) {
+  const auto scenario = [](double depth) {
+    return mast_site + fmt::format("[[scenario]]\nname = \"rare\"\ndepth_m = {}\nvelocity_m_s = 30\n", depth);
+  };
+  EXPECT_NO_THROW(site(scenario(7.9)));
+  EXPECT_THAT(message_of(scenario(13.0)), HasSubstr("height_m = 12 m is lower than the flow of scenario \"rare\", 13 m"));
+  EXPECT_THAT(message_of(scenario(8.1)), HasSubstr("0.0988 times the depth of the flow of scenario \"rare\""));
+}
+
+TEST(SiteFile, TakesABoxOnItsSideForTheSameBody) {
+  const auto box = [](const std::string& mast) {
+    return make_design(site(with("shape = \"cylinder\"\nwidth_m = 0.8", mast) + "[plan]\nfinest_cells = 7\ngrids = 2\n"),
+                       DesignLevel::quick);
+  };
+  const DesignPlan facing = box("shape = \"box\"\nwidth_m = 2\ndepth_m = 0.4"),
+                   turned = box("shape = \"box\"\nwidth_m = 0.4\ndepth_m = 2\nangle_deg = 90");
+  EXPECT_EQ(turned.site.mast.facing_width(), 2.0);
+  ASSERT_EQ(turned.campaign.runs.size(), facing.campaign.runs.size());
+  for (std::size_t i = 0; i < facing.campaign.runs.size(); ++i) {
+    const Case &a = facing.campaign.runs[i].spec, &b = turned.campaign.runs[i].spec;
+    EXPECT_EQ(a.numerics.cell_size, b.numerics.cell_size);
+    EXPECT_EQ(a.obstacle->width(), b.obstacle->width());
+    EXPECT_NEAR(a.conveyor->width, b.conveyor->width, 1e-9);
+    EXPECT_NEAR(a.conveyor->upstream_length, b.conveyor->upstream_length, 1e-9);
+    EXPECT_EQ(a.output.duration, b.output.duration);
+  }
 }
 
 const std::string arm = "[arm]\nlength_m = 4\ndepth_m = 0.5\nbase_m = 3\nheight_m = 3.4\n";

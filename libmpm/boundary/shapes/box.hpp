@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string_view>
 #include <utility>
 
@@ -32,6 +33,9 @@ struct BoxShape {
         .hide_default()
         .text("Turns the box about its vertical axis, counter-clockwise from above; unless it stays symmetric, with mirror_y = false");
   }
+
+  /// Width of the side that faces the flow, m: of a box that is turned by more than 45 degrees its depth.
+  [[nodiscard]] double facing_width() const { return std::abs(rotation) <= 0.25 * std::numbers::pi + 1e-9 ? width : depth; }
 
   /// A rectangle.
   [[nodiscard]] Outline outline() const {
