@@ -56,6 +56,28 @@ class StudyTables(InFolder):
         self.assertIn("cell_size_m varies (0.25, 0.5)", " ".join(self.read(TABLE).cautions))
         self.assertEqual(self.read(TABLE, "cell_size_m=0.25").cautions, [])
 
+    def test_any_key_of_the_case_may_vary_and_an_empty_cell_is_a_value(self):
+        head = ("name,run,status,precision,froude_number,velocity_m_s,critical_state_slope,cohesion_beta,hardening_xi,effective_friction,flow_height_m,"
+                "conveyor_width_m,{},output.duration_s,runup_mean_m,pressure_height_mean_m,force_mean_n.x,cause\n")
+        row = "{0},runs/{0},done,{1},{0},{0},0.4,0,5,0.4,2,14,{2},{0},4,3,{0},\n"
+
+        def said(key, *cells, precision=("single", "single")):
+            cautions = self.read(head.format(key) + "".join(row.format(i + 1, precision[i], cell) for i, cell in enumerate(cells))).cautions
+            return [text.partition(", which")[0] for text in cautions]
+
+        self.assertEqual(said("numerics.contact", "surface", "nodal"), ["numerics.contact varies (nodal, surface)"])
+        self.assertEqual(said("numerics.shock_viscosity", "0.0", ""), ["numerics.shock_viscosity varies (0.0, not given)"])
+        self.assertEqual(said("conveyor.front_angle_deg", "60", "60.0"), [])
+        self.assertEqual(said("obstacle.base_m", "10", "9"), ["obstacle.base_m varies (9, 10)"])
+        self.assertEqual(said("numerics.cfl", "1", "1", precision=("single", "double")), ["precision varies (double, single)"])
+        self.assertEqual(said("numerics.precision", "single", "double", precision=("single", "double")), ["numerics.precision varies (double, single)"])
+        self.assertEqual(said("arm.height_m", *"12345678", precision=["single"] * 8), ["arm.height_m varies (1, 2, 3, 4, 5, 6, ...)"])
+
+    def test_a_key_that_only_one_of_two_tables_has_varies(self):
+        head = "froude_number,effective_friction,hardening_xi,flow_height_m,{}runup_mean_m,pressure_height_mean_m\n"
+        files = [self.write("nodal.csv", head.format("numerics.contact,") + "1,0.4,5,2,nodal,4,3\n"), self.write("other.csv", head.format("") + "3,0.4,5,2,4,3\n")]
+        self.assertIn("numerics.contact varies (not given, nodal)", read_study_table(files).cautions[0])
+
     def test_finest_keeps_one_run_of_a_set_up_that_on_the_finest_grid(self):
         head = "froude_number,critical_state_slope,cohesion_beta,hardening_xi,flow_height_m,cell_size_m,status,runup_mean_m,pressure_height_mean_m\n"
         coarse = self.write("w5.csv", head + "".join(f"{froude},0.4,0,5,2,0.35,done,{runup},3\n" for froude, runup in ((1, 4), (2, ""), (3, 6), (5, 8), (7, 9))))

@@ -9,15 +9,15 @@ import pandas as pd
 
 from mpmtools import equations
 from mpmtools.errors import ConfigError, InputError
+from mpmtools.quantities import COMPONENT, known
 from mpmtools.scores import levels, same_input
 from mpmtools.tables import find_column, no_column, numbers, read_table
 from mpmtools.wording import counted
 
 PAPER_DENSITY = 300.0  # kg/m^3, Table 1: campaigns that do not vary it do not list it
-# Inputs that Eqs. 7 to 10 do not know: one equation cannot describe a table that varies them.
-OTHER_INPUTS = ("cell_size_m", "density_kg_m3", "feed", "flip_ratio", "obstacle.friction", "obstacle.shape", "obstacle_friction",
-                "particles_per_cell", "preconsolidation_pressure_pa", "sidewall_contact", "sidewall_friction", "slope_deg",
-                "transfer", "upstream_length_m", "young_modulus_pa")
+# Inputs that Eqs. 7 to 10 know or that follow from others; one equation cannot describe a table that varies any other one.
+EQUATIONS_KNOW = ("froude_number", "velocity_m_s", "flow_height_m", "gravity_m_s2", "critical_state_slope", "cohesion_beta", "effective_friction",
+                  "hardening_xi", "plastic_compressibility", "obstacle_width_m", "obstacle.width_m", "relative_width", "obstacle_friction_ratio")
 COARSER = "the same set-up is there on a finer grid"
 POINT = ["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"]  # flow and snow: what the study varies
 SET_UP = [*POINT, "flow_height_m", "obstacle_width_m"]  # what makes two runs one set-up, whatever their grid
@@ -217,20 +217,39 @@ def _kept(table, condition):
 
 
 def _other_inputs(table):
-    columns = {f"other {name}": table[column] for name in OTHER_INPUTS if (column := find_column(table, name))}
+    in_equations = {find_column(table, name) for name in EQUATIONS_KNOW}
+    columns = {f"other {column}": table[column] for column in table if _is_input(column) and column not in in_equations}
     if ratio := find_column(table, "obstacle_friction_ratio"):
         columns["other obstacle_friction_ratio"] = numbers(table, ratio)
     return pd.DataFrame(columns, index=table.index)
 
 
+def _is_input(column):
+    """Whether a column says what was computed: no result, no text of the campaign, and nothing of [output], which only says how long and how often."""
+    is_result = COMPONENT.fullmatch(column) or column in known() and column != "precision"
+    return not (is_result or column in ("name", "run", "campaign", "status", "cause") or column.startswith("output."))
+
+
 def _cautions(kept):
     """Inputs of the kept runs that vary although the equations do not know them."""
-    varied = {name: sorted(kept[f"other {name}"].dropna().unique()) for name in OTHER_INPUTS if f"other {name}" in kept}
+    varied = {column.removeprefix("other "): found for column in kept if column.startswith("other ") and len(found := _distinct(kept[column])) > 1}
     ratios = kept.get("other obstacle_friction_ratio", pd.Series(dtype=float))
+    varied.pop("obstacle_friction_ratio", None)
     if ratios[np.isfinite(ratios)].map("{:.6g}".format).nunique() == 1:
         varied.pop("obstacle_friction", None)  # one choice: the friction of the mast follows that of the snow
-    return [f"{name} varies ({', '.join(values)}), which the equations do not know; choose one with --filter '{name}=...'"
-            for name, values in varied.items() if len(values) > 1]
+    if "numerics.precision" in varied:
+        varied.pop("precision", None)
+    return [f"{name} varies ({', '.join(values[:6] + ['...'] * (len(values) > 6))}), which the equations do not know; "
+            f"choose one with --filter '{name}=...'" for name, values in varied.items()]
+
+
+def _distinct(column):
+    """The different cells of a column, numbers by size. No cell and an empty one are a value: that of a key which the case leaves out."""
+    found = []
+    for cell in sorted(column.fillna("").astype(str).unique(), key=lambda text: (number_of(text) is None, number_of(text) or 0.0, text)):
+        if not found or not _equal(cell, found[-1]):
+            found.append(cell)
+    return [cell or "not given" for cell in found]
 
 
 def _provenance(table):
