@@ -20,14 +20,12 @@ def measured_inflow(run, at=None):
     conveyor = run.case.get("conveyor")
     if not conveyor or conveyor.get("feed", "window") != "window":
         raise InputError(f'{run.folder}: only a [conveyor] with feed = "window" has an inlet')
-    if not run.frames:
-        raise InputError(f"{run.folder}: there are no frames; let the run write some ([output] frames_per_second)")
     length = SECTION_CELLS * run.cell_size
     inlet = -conveyor["upstream_length_m"]
     left = inlet if at is None else at - 0.5 * length
     area = length * conveyor["width_m"] * (0.5 if run.mirrored_y else 1.0)
     rows = []
-    for frame in run.frames:
+    for frame in run.require_frames():
         x = frame["position_m"][:, 0]
         inside = (x >= left) & (x < left + length)
         volume = (frame["reference_volume_m3"] * frame["volume_ratio"])[inside]

@@ -232,9 +232,7 @@ def _axes(axes, size):
 
 
 def _last_frame(run):
-    if not run.frames:
-        raise InputError("the run stored no frames")
-    return run.frames[-1]
+    return run.require_frames()[-1]
 
 
 def _series_with(run, column, otherwise):

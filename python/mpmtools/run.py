@@ -1,6 +1,7 @@
 """One result folder of `mpm run`: results, tables and frames."""
 
 import os
+import shlex
 from functools import cached_property
 
 import pandas as pd
@@ -67,6 +68,16 @@ class Run:
         folder = os.path.join(self.folder, "frames")
         names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
         return [Frame(os.path.join(folder, name)) for name in names if name.endswith(".h5") and name[:-3].isdigit()]
+
+    def require_frames(self):
+        """The frames; an InputError that says how to get some where there are none."""
+        if not self.frames:
+            again = f"mpm run {shlex.quote(os.path.join(self.folder, 'case.toml'))} --out OTHER --set output.frames_per_second=1"
+            of_campaign = os.path.exists(os.path.join(self.folder, "attempts.json"))
+            raise InputError(f"{self.folder}: the run stored no frames; " + (
+                f'a campaign keeps those of its runs with keep = ["frames"] in its plan; this run alone: {again}' if of_campaign
+                else "set output.frames_per_second above 0"))
+        return self.frames
 
     @property
     def final(self):

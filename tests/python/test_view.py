@@ -138,7 +138,12 @@ class Pages(ViewFolder):
             (self.folder / "frames" / f"{name}.h5").unlink()
         code, _, err = self.command("view", self.folder)
         self.assertEqual(code, 4)
-        self.assertIn("the run stored no frames", err)
+        self.assertIn("the run stored no frames; set output.frames_per_second above 0", err)
+        self.write("attempts.json", "{}")  # of a campaign's run
+        for command in (["view"], ["film"], ["render"]):
+            code, _, err = self.command(*command, self.folder)
+            self.assertEqual(code, 4)
+            self.assertIn('keep = ["frames"] in its plan; this run alone: mpm run ', err)
         code, _, err = self.command("view", self.folder, "--particles", 5)
         self.assertEqual(code, 2)
         self.assertIn("argument --particles: '5': give a whole number from 1000", err)

@@ -78,8 +78,7 @@ def encode(folder, frames_per_second, path, kilobits):
 
 def run_command(options):
     run = Run(options.directory)
-    if not run.frames:
-        raise InputError(f"{options.directory}: there are no frames; let the run write some ([output] frames_per_second)")
+    run.require_frames()
     size = picture_size(options.size)
     if any(n % 2 for n in size):
         raise ConfigError(f"--size {options.size}: even numbers of pixels are needed, such as 960x600")

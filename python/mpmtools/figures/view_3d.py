@@ -201,8 +201,9 @@ def run_on_virtual_display():
 
 def run_command(options):
     picture_size(options.size)
+    Run(options.directory).require_frames()
     if not os.path.exists(os.path.join(options.directory, "frames.xdmf")):
-        raise InputError(f"{options.directory}: there is no frames.xdmf; give the result folder of `mpm run` with frames")
+        raise InputError(f"{options.directory}: there is no frames.xdmf, which `mpm run` writes beside the frames")
     try:
         from paraview import simple
     except ImportError:

@@ -12,7 +12,6 @@ import pathlib
 import jinja2
 import numpy as np
 
-from mpmtools.errors import InputError
 from mpmtools.figures.colours import STRESS_COLOURS, colour_range
 from mpmtools.files import require_ending, write_text
 from mpmtools.run import Run
@@ -68,9 +67,7 @@ def ground_mesh(terrain, low, high, mirror_x, mirror_y):
 
 def page_data(run, largest=LARGEST):
     """What the page holds, as a dict: see view_page.html.j2."""
-    frames = run.frames
-    if not frames:
-        raise InputError(f"{run.folder}: the run stored no frames; set output.frames_per_second above 0")
+    frames = run.require_frames()
     counts = [len(frame["id"]) for frame in frames]
     every = max(1, -(-sum(counts) // largest))
     low = np.min([frame["position_m"].min(axis=0) for frame in frames if len(frame["id"])], axis=0)
