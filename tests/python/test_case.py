@@ -161,6 +161,13 @@ class CasesInTheProgram(InFolder):
         with self.assertRaisesRegex(InputError, "does not exist"):
             compare(a, self.folder / "nothing")
 
+    def test_compare_names_the_columns_by_which_two_steady_intervals_were_found(self):
+        for name, by in (("a", "runup"), ("b", "runup_p99")):
+            self.case.changed({"measurement.steady_by": by}).run(self.folder / name, threads=1, progress=False)
+        table = compare(self.folder / "a", self.folder / "b")
+        self.assertEqual(table.iloc[0].tolist()[:2] + [table.verdict.iloc[0]], ["runup_m", "runup_p99_m", "not judged"])
+        self.assertEqual((table.index.name, table.index[0], table.verdict["force_peak_n"]), ("quantity", "steady_column", "identical"))
+
     def test_make_a_grid_study(self):
         study = study_grids(self.case, [1.25, 0.875], ["force_peak_n"], self.folder / "grids", threads=1, progress=False)
         self.assertEqual(study.table.cell_size_m.tolist(), [1.25, 0.875])
