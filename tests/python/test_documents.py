@@ -1,0 +1,43 @@
+"""Pages of docs/ agree with the sources and with the files of a run."""
+
+import pathlib
+import re
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DEFINITION = re.compile(r'\b(\w*_format_version|FORMAT_VERSION) = (\d+)|"format_version"(?:: |, (?=\d+\}))(\d+)')
+
+
+class Versions(unittest.TestCase):
+    # File of the sources, constant there (None: a number that stands by itself): rows of the table in docs/versions.md. A checkpoint's is not promised.
+    ROWS = {("libmpm/driver/case.hpp", "case_format_version"): ["case file", "`mpm schema --json`"],
+            ("libmpm/campaign/site.hpp", "site_format_version"): ["site file of `mpm design`", "`design_plan.json`"],
+            ("libmpm/campaign/plan.hpp", "plan_format_version"): ["plan of a campaign"],
+            ("libmpm/campaign/folder.cpp", "attempts_format_version"): ["`attempts.json`"],
+            ("libmpm/campaign/grid_study.cpp", "converge_format_version"): ["`converge.json`"],
+            ("libmpm/driver/run_record.cpp", "results_format_version"): ["`results.json`"],
+            ("libmpm/driver/checkpoint.hpp", "checkpoint_format_version"): [],
+            ("libmpm/io/snapshot.cpp", "snapshot_format_version"): ["frames, `final.h5`"],
+            ("validation/harness/exchange.hpp", "exchange_format_version"): ["exported validation cases"],
+            ("validation/harness/results_json.cpp", None): ["`results.json` of `mpm-validate`"],
+            ("python/mpmtools/design/ensemble.py", "FORMAT_VERSION"): ["`design_plan.json`"],
+            ("python/mpmtools/design/data_files.py", None): ["`design.json`"]}
+
+    def test_of_every_format_are_those_of_the_sources(self):
+        found = {}
+        for folder in ("libmpm", "app", "validation/harness", "python/mpmtools"):
+            for path in sorted((ROOT / folder).rglob("*")):
+                if path.suffix not in (".cpp", ".hpp", ".py"):
+                    continue
+                for name, number, literal in DEFINITION.findall(path.read_text(encoding="utf-8")):
+                    found[str(path.relative_to(ROOT)), name or None] = number or literal
+        self.assertEqual(set(found), set(self.ROWS))  # a new format needs a row of the page
+        page = (ROOT / "docs" / "versions.md").read_text(encoding="utf-8")
+        stated = {cells[0].strip(): cells[2].strip() for line in page.splitlines() if len(cells := line.strip("|").split("|")) == 3}
+        for source, rows in self.ROWS.items():
+            for row in rows:
+                self.assertEqual(stated[row], found[source], row)
+
+
+if __name__ == "__main__":
+    unittest.main()
