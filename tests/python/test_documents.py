@@ -4,6 +4,12 @@ import pathlib
 import re
 import unittest
 
+import h5py
+from in_folder import InFolder
+from test_avaframe import needs_program
+
+from mpmtools import Case
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DEFINITION = re.compile(r'\b(\w*_format_version|FORMAT_VERSION) = (\d+)|"format_version"(?:: |, (?=\d+\}))(\d+)')
 
@@ -37,6 +43,24 @@ class Versions(unittest.TestCase):
         for source, rows in self.ROWS.items():
             for row in rows:
                 self.assertEqual(stated[row], found[source], row)
+
+
+@needs_program
+class Arrays(InFolder):
+    def test_of_frames_last_state_and_profiles_are_those_of_a_run(self):
+        small = {"numerics.cell_size_m": 0.875, "conveyor.width_m": 8.75, "output.duration_s": 0.1}
+        run = Case.read(ROOT / "examples" / "avalanche_fr3.toml").changed(small).run(self.folder / "run", threads=1, progress=False)
+        page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+        rows = [line.strip("|").split("|") for line in page.partition("## Arrays of a frame")[2].partition("\n## ")[0].splitlines() if line.startswith("| `")]
+        arrays = [(set(re.findall(r"`(\w+)`", row[0])), row[1]) for row in rows if len(row) == 3]
+        attributes = set().union(*(re.findall(r"`(\w+)`", row[0]) for row in rows if len(row) == 2))
+        for state, word in ((run.frames[0], "frames"), (run.final, "final.h5")):
+            self.assertEqual(set(state), set().union(*(names for names, where in arrays if word in where or "both" in where)))
+            self.assertEqual(set(state.attributes), attributes)
+        self.assertTrue(run.final.attributes["mirror_y"] == 1 and run.final["position_m"][:, 1].min() >= 0.0)
+        of_profiles = next(line for line in page.splitlines() if line.startswith("| `profiles.h5`")).split("|")[2]
+        with h5py.File(self.folder / "run" / "profiles.h5") as file:
+            self.assertEqual(set(file), set(re.findall(r"`(\w+)`", of_profiles)))
 
 
 if __name__ == "__main__":
