@@ -8,7 +8,7 @@ import h5py
 from in_folder import InFolder
 from test_avaframe import needs_program
 
-from mpmtools import Case
+from mpmtools import Campaign, Case
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DEFINITION = re.compile(r'\b(\w*_format_version|FORMAT_VERSION) = (\d+)|"format_version"(?:: |, (?=\d+\}))(\d+)')
@@ -43,6 +43,26 @@ class Versions(unittest.TestCase):
         for source, rows in self.ROWS.items():
             for row in rows:
                 self.assertEqual(stated[row], found[source], row)
+
+
+class CaseHash(InFolder):
+    def test_leaves_out_the_keys_that_the_page_names(self):
+        sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "libmpm").rglob("*_spec.hpp")) + (ROOT / "libmpm/driver/case.hpp").read_text()
+        declared = re.findall(r'\badd\("(\w+)"[^;]*no_effect_on_results', sources)
+        page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+        listed = re.search(r"Outside it are (.*?)\. Another", page, re.DOTALL)[1].replace('`feed = "strip"`', "")
+        self.assertEqual(sorted(key.rpartition(".")[2] for key in re.findall(r"`([\w.]+)`", listed)), sorted([*declared, "duration_s"]))
+
+    @needs_program
+    def test_of_a_campaigns_run_depends_on_whether_frames_are_kept(self):
+        def hash_of(line):
+            plan = self.write("plan.toml", f'base = "{ROOT}/examples/avalanche_fr3.toml"\n{line}\n[[run]]\nname = "a"\n')
+            return Campaign(plan).expansion()["runs"][0]["case_hash"]
+
+        outside = ('keep = ["final", "checkpoint"]', *(f"[set]\n{key}" for key in (
+            '"measurement.steady_by" = "runup"', '"output.duration_s" = 9', '"output.checkpoint_minutes" = 9', '"output.stop_when_steady" = 0.1')))
+        self.assertEqual({hash_of(line) for line in outside}, {hash_of("")})
+        self.assertNotEqual(hash_of('keep = ["frames"]'), hash_of(""))
 
 
 @needs_program
