@@ -183,9 +183,12 @@ MetricConvergence judge_metric(const std::string& name, SweepKind kind, std::vec
 std::string quote(const MetricConvergence& m) {
   const auto last = std::find_if(m.metric.rbegin(), m.metric.rend(), [](const Metric& x) { return std::isfinite(x.value); });
   if (last == m.metric.rend()) return fmt::format("{}: {}", m.name, m.verdict);
-  if (!std::isfinite(m.total_uncertainty)) return fmt::format("{} = {:.4g}, uncertainty not known: {}", m.name, last->value, m.verdict);
+  const auto at = static_cast<std::size_t>(m.metric.rend() - last) - 1;
+  const std::string where = at + 1 == m.metric.size() ? "" : fmt::format(" at {} (none at {})", m.parameter[at], m.parameter.back());
+  if (!std::isfinite(m.total_uncertainty))
+    return fmt::format("{}{} = {:.4g}, uncertainty not known: {}", m.name, where, last->value, m.verdict);
   return fmt::format(
-      "{} = {:.4g} +- {:.2g} ({:.2g} %): {} +- {:.2g} ({}), statistics {}", m.name, last->value, m.total_uncertainty,
+      "{}{} = {:.4g} +- {:.2g} ({:.2g} %): {} +- {:.2g} ({}), statistics {}", m.name, where, last->value, m.total_uncertainty,
       100.0 * m.total_uncertainty / std::abs(last->value), to_string(m.kind), m.uncertainty,
       m.convergence ? m.convergence->basis : m.verdict,
       std::isfinite(last->standard_error) ? fmt::format("+- {:.2g} (two standard errors)", 2.0 * last->standard_error) : "not known");

@@ -75,6 +75,8 @@ TEST(MetricConvergence, QuotesOneValueWithGridAndStatisticalErrorAndSaysWhy) {
 
 TEST(MetricConvergence, ReportsMissingValues) {
   const std::vector<double> h{0.4, 0.3, 0.2, 0.1};
+  const MetricConvergence coarse = judge_metric("f", SweepKind::cell_size, h, metrics({2.4, 2.3, 2.2, Metric::none}));
+  EXPECT_TRUE(quote(coarse).starts_with("f at 0.2 (none at 0.1) = 2.2")) << quote(coarse);
   const MetricConvergence s = judge_metric("f", SweepKind::cell_size, h, metrics({2.4, Metric::none, 2.2, 2.1}));
   ASSERT_TRUE(s.convergence);
   EXPECT_EQ(s.convergence->size, (std::vector{0.4, 0.2, 0.1}));
