@@ -15,6 +15,7 @@
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/state.hpp"
+#include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/pieces.hpp"
 #include "libmpm/driver/scene.hpp"
@@ -168,6 +169,7 @@ void write_checkpoint(const std::filesystem::path& path, const Case& c, const St
     auto file = std::make_unique<hdf5::Writer>(path);
     file->attribute("kind", std::string(file_kind));
     file->attribute("format_version", std::int64_t{checkpoint_format_version});
+    file->attribute("version", std::string(build_info().version));
     file->attribute("case_hash", case_hash_text(c));
     file->attribute("case", write_case(c));
     file->attribute("precision", std::string(name_of(state.grid.precision())));
@@ -339,6 +341,8 @@ void check_header(const hdf5::Reader& file, const Case& c, const std::filesystem
     refuse(fmt::format("checkpoint format {}, this program reads {}; go on with the version of the program that wrote it",
                        file.integer("format_version"), checkpoint_format_version));
   }
+  if (const std::string version = file.text("version"); version != build_info().version)
+    refuse(fmt::format("a checkpoint of version {}, this program is {}; go on with that version", version, build_info().version));
   if (file.text("case_hash") != case_hash_text(c)) {
     throw ConfigError(
         fmt::format("{}: it belongs to another case: {}; put the case back, use another --out directory, or overwrite it with --force "

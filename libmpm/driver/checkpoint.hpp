@@ -16,7 +16,7 @@ namespace mpm {
 class BlockExchange;
 
 /// Attribute format_version; other versions are refused.
-inline constexpr int checkpoint_format_version = 4;
+inline constexpr int checkpoint_format_version = 5;
 
 /// Name of the newest checkpoint in the folder of a run.
 inline constexpr const char* checkpoint_file = "checkpoint.h5";

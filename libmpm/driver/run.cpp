@@ -81,6 +81,7 @@ class Run {
   void write_results(RunResult& result);
 
   [[nodiscard]] std::string workforce() const;
+  [[nodiscard]] static std::string program();
   [[nodiscard]] Progress progress_now() const;
   [[nodiscard]] SnapshotInfo snapshot_info() const;
 
@@ -164,7 +165,8 @@ void Run::start() {
   table_.emplace(options_.out / "series.csv", columns.size(), csv_line(columns));
   frames_.emplace(FrameSeries::create(options_.out));
   if (const std::string note = lock_.note(); !note.empty()) say(note);
-  say(fmt::format("start: {} particles, {}, {} precision", progress_.initial_particles, workforce(), name_of(state_.grid.precision())));
+  say(fmt::format("start: {} particles, {}, {} precision, {}", progress_.initial_particles, workforce(), name_of(state_.grid.precision()),
+                  program()));
   for (const Advice& advice : advise(case_)) say("warning: " + advice.text(), false);
   observers_.begin(state_, scene_);
   record_sample();
@@ -195,10 +197,13 @@ void Run::resume() {
   frames_.emplace(FrameSeries::resume(options_.out, static_cast<int>(sampling_.frames(progress_.samples)),
                                       [this](const std::string& why) { say(why + "; left out of frames.xdmf"); }));
   if (const std::string note = lock_.note(); !note.empty()) say(note);
-  say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {}", state_.time, state_.step, state_.grid.particle_count(),
-                  workforce()));
+  say(fmt::format("resumed at t = {:.6g} s, step {}: {} particles, {}, {}", state_.time, state_.step, state_.grid.particle_count(),
+                  workforce(), program()));
   observers_.begin(state_, scene_);
 }
+
+/// In run.log of every process of a run: results.json names the last one.
+std::string Run::program() { return fmt::format("mpm {} (commit {})", build_info().version, build_info().commit); }
 
 std::string Run::workforce() const {
   const std::string threads = counted(omp_get_max_threads(), "thread");

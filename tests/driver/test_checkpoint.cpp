@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "libmpm/base/error.hpp"
+#include "libmpm/driver/build_info.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/io/atomic_file.hpp"
 #include "libmpm/io/hdf5.hpp"
@@ -275,19 +276,22 @@ TEST_F(Checkpoint, WhoseIdentityNumbersNoRunGaveIsRefused) {
 }
 
 TEST_F(Checkpoint, OfAnotherKindOrVersionIsRefused) {
-  const auto file_with = [&](const std::string& kind, std::int64_t version) {
+  const auto file_with = [&](const std::string& kind, std::int64_t format, const std::string& version = std::string(build_info().version)) {
     hdf5::Writer file(path);
     file.attribute("kind", kind);
-    file.attribute("format_version", version);
+    file.attribute("format_version", format);
+    file.attribute("version", version);
     file.attribute("case_hash", case_hash_text(c));
     file.commit();
   };
   file_with("something else", checkpoint_format_version);
   EXPECT_THAT(refusal(), HasSubstr("not a checkpoint"));
   file_with("libmpm checkpoint", checkpoint_format_version + 1);
-  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 5, this program reads 4"));
+  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 6, this program reads 5"));
   file_with("libmpm checkpoint", 2);
-  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 2, this program reads 4; go on with the version of the program that wrote it"));
+  EXPECT_THAT(refusal(), HasSubstr("checkpoint format 2, this program reads 5; go on with the version of the program that wrote it"));
+  file_with("libmpm checkpoint", checkpoint_format_version, "9.9.9");
+  EXPECT_THAT(refusal(), HasSubstr("a checkpoint of version 9.9.9, this program is "));
   file_with("libmpm checkpoint", checkpoint_format_version);  // its datasets are missing
   EXPECT_THAT(refusal(), HasSubstr(path.string()));
 }
