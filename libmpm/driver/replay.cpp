@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 
 #include "libmpm/base/error.hpp"
 #include "libmpm/driver/case_file.hpp"
@@ -70,13 +72,20 @@ LastFrame measure_frames(const std::filesystem::path& directory, const std::vect
                          ObserverList& observers) {
   const RunSeries run(directory / "series.csv");
   LastFrame last;
-  double before = unknown;
+  double before = unknown, spacing = unknown;
   for (const int number : numbers) {
     const Snapshot frame = read_snapshot(frame_path(directory, number), SnapshotKind::frame);
     if (frame.info.case_hash != hash) {
       throw IoError(fmt::format("'{}' belongs to a case with hash {}, case.toml beside it has {}; put the case.toml of the run back",
                                 frame_path(directory, number).string(), frame.info.case_hash, hash));
     }
+    if (frame.info.time - before > spacing * (1.0 + 1e-6)) {
+      throw IoError(
+          fmt::format("{}: a frame between t = {:.6g} and {:.6g} s is missing, and means would count the frames unequally; make "
+                      "the run again, or keep frames at equal distances",
+                      (directory / "frames").string(), before, frame.info.time));
+    }
+    if (std::isnan(spacing)) spacing = frame.info.time - before;
     (void)observers.sample(frame, [&](const Column& column) { return run.at(column, before, frame.info.time); });
     before = frame.info.time;
     last = {frame.info, frame.particles.size()};
@@ -84,10 +93,20 @@ LastFrame measure_frames(const std::filesystem::path& directory, const std::vect
   return last;
 }
 
-/// The run's own results, if it finished, with the entries that were measured from frames replaced.
+/// The run's own results, if it finished, with the entries that were measured from frames replaced. Those that only the run can measure
+/// stay if its steady interval is the same up to two frames; else only those that describe the computation do.
 Results updated_results(const ResultsFile& own, const Case& c, const LastFrame& last, const Summary& end, const Results& measured) {
   const bool finished = own.results() && !own.results()->has("measured_from");
-  Results results = finished ? *own.results() : Results();
+  const std::span<const double> time = end.series.time();
+  const double two_frames = time.size() > 1 ? 2.0 * (time[1] - time[0]) : 0.0;
+  const auto same = [&](const char* entry) {
+    const double was = own.results()->number_or_nan(entry), is = measured.number_or_nan(entry);
+    return std::isnan(was) ? std::isnan(is) : std::abs(is - was) <= two_frames * (1.0 + 1e-9);
+  };
+  Results results;
+  for (const Result& entry : finished ? own.results()->entries() : std::vector<Result>()) {
+    if (nature_of(entry.name) == Nature::execution || (same("steady_from_s") && same("steady_to_s"))) results.add(entry);
+  }
   if (!finished) results.add(execution_from_frames(c.title, last.info, last.particles));
   results.replace(origin_in_frames(end.series.size()));
   results.replace(checksums(end));
@@ -109,7 +128,9 @@ PostResult post_process(const std::filesystem::path& directory, const std::files
   make_directory(out);
   const std::vector<int> numbers = frame_numbers(directory);
   if (numbers.empty()) {
-    throw IoError(fmt::format("{}: there are no frames to measure; run the case with output.frames_per_second > 0", directory.string()));
+    throw IoError(fmt::format(
+        "{}: there are no frames to measure; run the case with output.frames_per_second > 0, or the campaign with keep = [\"frames\"]",
+        directory.string()));
   }
   ObserverList list(make_observers(c, make_scene(c), observers));
   const LastFrame last = measure_frames(directory, numbers, case_hash_text(c), list);

@@ -161,6 +161,31 @@ TEST_F(PostOfARun, MeasuresARunThatWasKilledAndDoesNotMakeItCountAsFinished) {
   EXPECT_FALSE(is_whole_run(*results.results(), parse_case(small_avalanche, "small.toml", {"output.duration_s=0.36"})));
 }
 
+TEST_F(PostOfARun, KeepsTheRunsOwnMeansOnlyOverTheSameInterval) {
+  const std::filesystem::path steady = *directory_ / "steady";
+  std::filesystem::copy(run(), steady, std::filesystem::copy_options::recursive);
+  const auto entries_after = [&](bool was_steady) {
+    Results own = *ResultsFile(run()).results();
+    if (was_steady) own.replace(std::vector<Result>{{"steady_from_s", 0.1, {}, {}}, {"steady_to_s", 0.2, {}, {}}});
+    write_file(steady / "results.json", own.to_json());
+    (void)post_process(steady, steady / "post");
+    return nlohmann::json::parse(read_file(steady / "post/results.json"));
+  };
+  EXPECT_TRUE(entries_after(false).contains("force_peak_n"));
+  const auto others = entries_after(true);  // of an interval that the frames do not show
+  EXPECT_FALSE(others.contains("overturning_moment_mean_n_m"));
+  EXPECT_FALSE(others.contains("force_peak_to_mean"));
+  EXPECT_TRUE(others.contains("commit"));
+  EXPECT_TRUE(others.contains("runup_peak_m"));
+}
+
+TEST_F(PostOfARun, RefusesFramesWithAGap) {
+  const std::filesystem::path gap = *directory_ / "gap";
+  std::filesystem::copy(run(), gap, std::filesystem::copy_options::recursive);
+  std::filesystem::remove(frame_path(gap, 4));
+  EXPECT_THROW(post_process(gap, gap / "post"), IoError);
+}
+
 TEST_F(PostOfARun, RefusesARunWhoseSeriesWasAltered) {
   const std::filesystem::path altered = *directory_ / "altered";
   std::filesystem::copy(run(), altered, std::filesystem::copy_options::recursive);
