@@ -484,6 +484,21 @@ class Comparisons(DesignFolder):
         self.assertIn("(round)", comparison.known_uncertainty_remark({**square, "mast": {**square["mast"], "shape": "cylinder"}}))
 
 
+MEASURED = ["force", "moment", "impact", "impact_moment"]
+
+
+def pair_errors(runs):
+    """Logarithms of what runs of the same snow at two Froude numbers have, over what the scaling gives from one to the other."""
+    pairs = []
+    for _, snow in runs.groupby(["critical_state_slope", "cohesion_beta", "hardening_xi"]):
+        for a in snow.to_dict("records"):
+            for b in snow.to_dict("records"):
+                if a["froude_number"] < b["froude_number"]:
+                    own = scaling.drag_coefficient(b["effective_friction"], b["froude_number"]) / scaling.drag_coefficient(a["effective_friction"], a["froude_number"])
+                    pairs.append([a["froude_number"], b["froude_number"], *(math.log(b[q] / a[q] / own) for q in MEASURED)])
+    return pd.DataFrame(pairs, columns=["slow", "fast", *MEASURED])
+
+
 class Scaling(DesignFolder):
     """Loads of another avalanche from those that were computed, against the runs of the study."""
 
@@ -492,10 +507,11 @@ class Scaling(DesignFolder):
         folder = SOURCE / "validation" / "study" / "rows"
         runs = pd.concat([pd.read_csv(folder / f"prediction_{name}.csv", comment="#") for name in ("w7", "w5")])
         runs = runs[runs.steady == 1].drop_duplicates(["froude_number", "critical_state_slope", "cohesion_beta", "hardening_xi"])
-        runs = runs[runs.effective_friction.between(scaling.FITTED[0] - 1e-3, scaling.FITTED[1] + 1e-3)]
         head = 0.5 * 300.0 * runs.velocity_m_s**2 * runs.obstacle_width_m * runs.flow_height_m
-        cls.study = runs.assign(force=runs["force_mean_n.x"] / head, moment=runs.overturning_moment_mean_n_m / head, impact=runs.force_filtered_peak_n / head,
-                               impact_moment=runs.overturning_moment_filtered_peak_n_m / head)
+        runs = runs.assign(force=runs["force_mean_n.x"] / head, moment=runs.overturning_moment_mean_n_m / head, impact=runs.force_filtered_peak_n / head,
+                           impact_moment=runs.overturning_moment_filtered_peak_n_m / head)
+        fitted = runs.effective_friction.between(scaling.FITTED[0] - 1e-3, scaling.FITTED[1] + 1e-3)
+        cls.study, cls.beyond = runs[fitted], runs[~fitted]
 
     def test_has_the_coefficients_that_fit_the_runs(self):
         def excess(p):
@@ -508,23 +524,43 @@ class Scaling(DesignFolder):
         self.assertEqual(len(self.study), 236)
 
     def test_states_an_error_that_covers_every_group_of_runs(self):
-        pairs = []
-        for _, snow in self.study.groupby(["critical_state_slope", "cohesion_beta", "hardening_xi"]):
-            for a in snow.to_dict("records"):
-                for b in snow.to_dict("records"):
-                    if a["froude_number"] < b["froude_number"]:
-                        own = scaling.drag_coefficient(b["effective_friction"], b["froude_number"]) / scaling.drag_coefficient(
-                            a["effective_friction"], a["froude_number"])
-                        pairs.append([a["froude_number"], b["froude_number"], *(math.log(b[q] / a[q] / own) for q in ("force", "moment", "impact", "impact_moment"))])
-        pairs = pd.DataFrame(pairs, columns=["slow", "fast", "force", "moment", "impact", "impact_moment"])
+        pairs = pair_errors(self.study)
         worst = dict.fromkeys((error for _, error in scaling.ERRORS), 0.0)
         for (slow, fast), group in pairs.groupby(["slow", "fast"]):
-            rms = np.sqrt((group[["force", "moment", "impact", "impact_moment"]] ** 2).mean()).max()
+            rms = np.sqrt((group[MEASURED] ** 2).mean()).max()
             stated = scaling.scaling_error(slow, fast)
             worst[stated] = max(worst[stated], rms)
         for stated, rms in worst.items():
             self.assertLessEqual(rms, stated)
             self.assertGreater(rms, 0.8 * stated, "stated too large")
+
+    def test_goes_on_beyond_the_fit_only_as_far_as_runs_allow(self):
+        end = scaling.FITTED[1] * scaling.CONTINUED
+        beyond = self.beyond[(self.beyond.effective_friction > end) & (self.beyond.effective_friction < 1.1 * end)]
+        self.assertEqual(len(beyond), 21, "those of M' 1.76")
+        pairs = pair_errors(beyond)
+        pairs["stated"] = [scaling.scaling_error(slow, fast, end) for slow, fast in zip(pairs.slow, pairs.fast)]
+        for stated, group in pairs.groupby("stated"):
+            self.assertLessEqual(np.sqrt((group[MEASURED] ** 2).mean()).max(), stated)
+
+    def test_gives_nothing_for_snow_beyond_the_fit_but_at_the_same_froude_number(self):
+        computed = scaling.Avalanche(2.0, 10.0, 300.0)
+        for friction, known in ((0.4, True), (1.62, True), (2.3, False), (0.3, False)):
+            scaled = scaling.factors(computed, computed._replace(velocity=8.0), friction, 9.81)
+            self.assertEqual([math.isfinite(scaled.force), math.isfinite(scaled.moment), math.isfinite(scaled.error)], [known] * 3)
+            self.assertAlmostEqual(scaling.factors(computed, computed._replace(density=450.0), friction, 9.81).force, 1.5)
+        ensemble = Ensemble(self.folder)
+        ensemble.plan["snows"][1]["effective_friction"] = 2.3
+        ensemble.plan["scenarios"] = [{"name": name, "depth_m": 2.0, "velocity_m_s": v, "density_kg_m3": density} for name, v, density in (
+            ("slow", 8.0, 300.0), ("dense", self.plan["flow"]["velocity_m_s"], 450.0))]
+        results = Results(ensemble)
+        table = what_decides.scenario_table(ensemble, results)
+        self.assertEqual([table["rows"][1][5:], table["rows"][2][-1]], [["–"] * 5, "none"])
+        self.assertIn("Scenario slow: not scaled: firm M' 2.3 is beyond the fit (M' 0.4 to 1.53); compute it", table["note"])
+        rows = what_decides.sensitivity_rows(ensemble, results)
+        self.assertEqual([row[0] for row in rows if "scaling" in row[0]], ["density ± 20 %, scaling"])
+        self.assertIn("Depth and speed are not scaled: firm M' 2.3", what_decides.ensemble_text(ensemble, results, rows))
+        self.assertEqual(comparison.drag_sources(ensemble.plan)[-1][1::2], ("–", "beyond its M' 0.4 to 1.53: firm M' 2.3"))
 
     def test_is_exact_for_density_and_leaves_the_computed_avalanche_as_it_is(self):
         computed = scaling.Avalanche(2.0, 10.0, 300.0)

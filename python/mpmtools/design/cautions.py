@@ -57,7 +57,7 @@ def advice_rows(ensemble, results):
         rows.append((f"A load of the guideline ({most.what}) is greater than the computed one{' without the arm' if 'arm' in plan else ''}: {' and '.join(loads)}. It reaches to {short(most.extent)} m; "
                      "which of the two applies is the designer's decision", ""))
     scenarios = scenario_rows(ensemble, results)[1:]
-    if note := not_scaled(scenarios):
+    if note := not_scaled(scenarios, plan):
         rows.append((note, ""))
     for name, _, force, moment, error, _ in scenarios:
         if force > own_force or moment > own_moment:

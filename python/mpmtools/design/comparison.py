@@ -5,7 +5,7 @@ from typing import NamedTuple
 from mpmtools import equations
 from mpmtools.design.ensemble import snow_cover
 from mpmtools.design.rounding import UNKNOWN, number
-from mpmtools.design.scaling import FROUDE, drag_coefficient, is_fitted, weight_factor
+from mpmtools.design.scaling import FITTED, FROUDE, GROWN, drag_coefficient, is_fitted, unknown_snows, weight_factor
 
 FLOOR = 0.7  # least width factor for w/H < 1 that the paper recommends (Sect. 5)
 LAMBDAS = {"loose": (1.5,), "cold_dense": (2.0, 3.0), "warm_cohesive": (2.0, 3.0)}
@@ -42,7 +42,8 @@ def span(low, high, digits=2):
 def drag_sources(plan):
     """[(shape and regime, c_D, source, what was checked)] from the literature and from this program's study."""
     froude, frictions = plan["flow"]["froude_number"], sorted(snow["effective_friction"] for snow in plan["snows"])
-    fitted = is_fitted(froude)
+    beyond = f"this flow is beyond its Fr {FROUDE[0]:g} to {FROUDE[1]:g}" if not is_fitted(froude) else (
+        f"beyond its M' {FITTED[0]:g} to {FITTED[1]:g}: {unknown}" if (unknown := unknown_snows(plan)) else "")
     own, weight = zip(*((drag_coefficient(m, froude), weight_factor(m)) for m in (frictions[0], frictions[-1])))
     return [
         ("round", f"{DRAG_COEFFICIENTS['cylinder']:g}", "Swiss rules (Salm, Burkard and Gubler 1990; Margreth, Stoffel and Schaer 2015, WSL Berichte 28)",
@@ -56,8 +57,9 @@ def drag_sources(plan):
          "abstract"),
         ("mast-like, fast granular flow", "no number", "Hauksson et al. (2007): no more force on obstacles higher than 3 H", "as the paper quotes it"),
         ("masts", UNKNOWN, "EUR 23339 (Jóhannesson et al. 2009), chapter on masts", "not verified: the text was not available"),
-        (f"square, w = H, Fr {froude:.2g}, these M'", span(*own) if fitted else UNKNOWN, "this program's study, 236 runs: inertia and "
-         f"{span(*weight)} times the hydrostatic force", "fitted within 12 % (root mean square)" if fitted else f"this flow is beyond its Fr {FROUDE[0]:g} to {FROUDE[1]:g}")]
+        (f"square, w = H, Fr {froude:.2g}, these M'", UNKNOWN if beyond else span(*own), "this program's study, 236 runs: inertia and "
+         f"{UNKNOWN if beyond else span(*weight)} times the hydrostatic force", beyond or "fitted within 12 % (root mean square)"
+         + (f"; above its M' {FITTED[1]:g} about {GROWN:g} times that" if frictions[-1] > FITTED[1] * 1.001 else ""))]
 
 
 class GuidelineLoad(NamedTuple):

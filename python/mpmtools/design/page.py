@@ -79,6 +79,7 @@ def make_page(folder):
             comparison=page_tables.comparison_table(ensemble, results), remarks=comparison.equation_remarks(plan),
             tornado=figures.tornado(sensitivity), sensitivity=what_decides.sensitivity_table(sensitivity),
             ensemble_text=what_decides.ensemble_text(ensemble, results, sensitivity), scaling_errors=scaling.ERRORS, scaling_froude=scaling.FROUDE,
+            scaling_grown=scaling.GROWN, scaling_friction=(*scaling.FITTED, scaling.CONTINUED * scaling.FITTED[1]),
             scenarios=what_decides.scenario_table(ensemble, results), known_is_of=comparison.known_uncertainty_remark(plan),
             pictures=pictures, middle=ensemble.label(ensemble.middle), threads=middle.run.number("threads"), files=files,
             wall=sum(run.number("wall_time_s") or 0.0 for row in ensemble.runs for run in row) / 60.0,

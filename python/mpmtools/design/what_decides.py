@@ -21,6 +21,7 @@ def sensitivity_rows(ensemble, results):
         scaled = [scaling.scaled_loads(results, plan, end) for end in ends]
         rows.append((f"{labels[name]} ± {100.0 * scaling.half_range(plan, name):.0f} %, scaling", *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in (
             (force, scaled[0][0], scaled[1][0]), (moment, scaled[0][1], scaled[1][1])))))
+    rows = [row for row in rows if all(math.isfinite(end) for change in row[1:] for end in change)]  # else a snow is beyond the fit
     chosen = [choose()[0] for choose in (results.design_force, results.design_moment)]
     entries = [results.table[results.governing(key)][key] for key in chosen]
     shares = [np.nan_to_num(entry.grid) / entry.value for entry in entries]
@@ -46,6 +47,8 @@ def ensemble_text(ensemble, results, rows):
     """All ranges at once, in a sentence; empty without a headline."""
     if not rows:
         return ""
+    if unknown := scaling.unknown_snows(ensemble.plan):
+        return f"Depth and speed are not scaled: {beyond_fit(unknown)}."
     corners, gravity = scaling.corners_of(ensemble.plan), ensemble.plan["flow"]["gravity_m_s2"]
     scaled = [scaling.scaled_loads(results, ensemble.plan, corner) for corner in corners]
     flows = [corner.froude_number(gravity) for corner in corners]
@@ -57,6 +60,11 @@ def ensemble_text(ensemble, results, rows):
     return (f"All combinations of the ends and middles of depth, speed and density ({len(scaled)}): design force {short(min(forces), 1e-3)} to "
             f"{short(max(forces), 1e-3)} kN, moment {short(min(moments), 1e-3)} to {short(max(moments), 1e-3)} kN m. If the three are independent, the "
             f"upper ends add up as root of the sum of squares to {percent(independent[0], '+.0f')} of the force and {percent(independent[1], '+.0f')} of the moment.{beyond}")
+
+
+def beyond_fit(unknown):
+    """@param unknown  scaling.unknown_snows()"""
+    return f"{unknown} is beyond the fit (M' {scaling.FITTED[0]:g} to {scaling.FITTED[1]:g}); compute it with a site file of its own"
 
 
 def scenario_rows(ensemble, results):
@@ -76,11 +84,13 @@ def scenario_rows(ensemble, results):
     return rows
 
 
-def not_scaled(rows):
+def not_scaled(rows, plan):
     """Why scenarios have no loads, in words; empty: all have. @param rows  scenario_rows()"""
     names = [name for name, _, _, _, error, _ in rows if math.isnan(error)]
     if not names:
         return ""
+    if unknown := scaling.unknown_snows(plan):
+        return f"Scenario {', '.join(names)}: not scaled: {beyond_fit(unknown)}"
     return (f"Scenario {', '.join(names)}: no loads, since from or to {'its Froude number' if len(names) == 1 else 'their Froude numbers'} nothing can be scaled: the scaling "
             f"was fitted to Fr {scaling.FROUDE[0]:g} to {scaling.FROUDE[1]:g}; compute it with a site file of its own")
 
@@ -95,4 +105,4 @@ def scenario_table(ensemble, results):
         rows.append([name, f"{other.depth:.3g}", f"{other.velocity:.3g}", f"{other.density:.3g}", f"{other.froude_number(gravity):.2f}",
                      upward(force, 1e-3), upward(moment, 1e-3), *(upward(h) for h in heights), UNKNOWN if math.isnan(error) else f"± {percent(error)}" if error else "none"])
     return {"head": ["scenario", "H (m)", "v (m/s)", "ρ (kg/m³)", "Fr", "force (kN)", "moment (kN m)", "pressure height (m)", "run-up (m)", "scaling"],
-            "rows": rows, "note": not_scaled(scenarios)}
+            "rows": rows, "note": not_scaled(scenarios, ensemble.plan)}
