@@ -1068,6 +1068,31 @@ class Pages(DesignFolder):
         self.assertIn("still piles up when the run ends (firm): give [plan] duration_s = 16.0", force[2])
         self.assertNotIn("still", moment[1])  # that of the series did not change
 
+    def test_mark_what_ends_before_it_is_steady_and_take_its_peaks_until_the_end(self):
+        self.without_means("firm_w11")
+        path = self.folder / "runs" / "firm_w11" / "series.csv"
+        series = pd.read_csv(path)
+        series.assign(force_x_n=series.force_x_n + 1e6 * (series.time_s > 7.5)).to_csv(path, index=False)  # long after the splash
+        ensemble = Ensemble(self.folder)
+        results = Results(ensemble)
+        self.assertGreater(results.table[1]["force_first_impact_n"].value, 1e6)
+        force, moment, _, run_up = headlines.design_rows(ensemble, results)
+        for row in (force, moment):
+            self.assertRegex(row[1], ", not steady$")
+            self.assertIn("The run ends before the flow is steady (firm): give [plan] duration_s = 16.0", row[2])
+        self.assertTrue(run_up[1].startswith("not determined (not steady, "), run_up)
+        self.assertTrue(any("before the flow is steady" in text for text, snows in cautions.advice_rows(ensemble, results) if snows == "firm"))
+
+    def test_cover_every_row_of_a_run_by_their_peaks(self):
+        for begin in (3.0, 6.0):
+            for run in self.runs:
+                path = self.folder / "runs" / run["name"] / "results.json"
+                path.write_text(json.dumps({**json.loads(path.read_text()), "steady_from_s": begin}))
+            for loads in Results(Ensemble(self.folder)).finest:
+                self.assertTrue(np.logical_or.reduce(list(loads.during.values())).all())
+                peaks = [loads.values[f"force_{which}_n"].value for which in loads.during]
+                self.assertEqual(max(peaks), loads.smooth_force.max())
+
     def test_find_no_growth_in_waves(self):
         texts, _ = self.advice_with_run_up(lambda time: 5.0 - 1.3 * np.sin(2 * np.pi * time / 3.0))  # a line through the parts rises by 9 % of the mean
         self.assertFalse([text for text in texts if "still piles up" in text])

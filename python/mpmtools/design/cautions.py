@@ -71,7 +71,9 @@ def advice_rows(ensemble, results):
         rows.append(("The height of the mast is not given, so the vibration is an upper bound: give mast.height_m, and shape_at_load where you know it", ""))
     for snow, loads in enumerate(results.finest):
         begin = f"begins at {loads.time[loads.steady][0]:.3g} of {plan['duration_s']:g} s" if loads.is_steady else ""
-        if loads.growth:
+        if not loads.is_steady:
+            rows.append((f"The run ends after {plan['duration_s']:g} s, before the flow is steady: it has no means, and more than its peaks can follow: {longer(plan)}", ensemble.label(snow)))
+        elif loads.growth:
             rises = ", ".join(f"{name} {100.0 * rise:.0f} %" for name, rise in loads.growth.items())
             rows.append((f"The snow before the mast still piles up when the run ends: the steady interval {begin}, and "
                          f"{'since the splash' if loads.is_late else 'within it'} these rise: {rises}. A longer run gives more, how much is not known: {longer(plan)}", ensemble.label(snow)))

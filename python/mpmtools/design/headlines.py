@@ -29,9 +29,12 @@ def longer(plan):
 
 
 def still_growing(ensemble, results, name):
-    """Why a quantity of Loads.growth is not final; empty: it is."""
-    snows = [ensemble.label(snow) for snow, loads in enumerate(results.finest) if name in loads.growth]
-    return f"The snow before the mast still piles up when the run ends ({', '.join(snows)}): {longer(ensemble.plan)}" if snows else ""
+    """(mark of a quantity of Loads.growth that is not final, why it is not); empty: it is."""
+    for mark, text, condition in (("not steady", "The run ends before the flow is steady", lambda loads: not loads.is_steady),
+                                  ("still growing", "The snow before the mast still piles up when the run ends", lambda loads: name in loads.growth)):
+        if snows := [ensemble.label(snow) for snow, loads in enumerate(results.finest) if condition(loads)]:
+            return mark, f"{text} ({', '.join(snows)}): {longer(ensemble.plan)}"
+    return "", ""
 
 
 def pressure_heights(ensemble, results):
@@ -51,7 +54,7 @@ def run_up_row(ensemble, results):
     mean = f"{short(steady.high)} m (Bernoulli’s bound H + v²/2g)" if steady.high == ensemble.bound else with_unit(upward(steady.high), "m")
     parts = (f"Steady mean: {mean}; "
              f"first splash: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
-    growing = still_growing(ensemble, results, "run-up")
+    mark, growing = still_growing(ensemble, results, "run-up")
     if growing:
         reason = growing
     elif math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
@@ -59,7 +62,7 @@ def run_up_row(ensemble, results):
     else:
         reason = (f"The uncertainty of the grid is more than a third of the value ({what}): the grids are too coarse for a statement; "
                   f"{finer_grid(ensemble.plan)}")
-    return (f"not determined ({'still growing, ' if growing else ''}{value_and_error(entry.value, entry.total)} m)",
+    return (f"not determined ({f'{mark}, ' if mark else ''}{value_and_error(entry.value, entry.total)} m)",
             f"{reason}. Until then keep parts above {upward(max(results.ranges[key].high, ensemble.bound))} m. {parts}")
 
 
@@ -114,14 +117,15 @@ def design_rows(ensemble, results):
             why += f" First impact of a vertical front (upper bound) included; while the flow is steady: {value(steady, steady_number)}."
         if name == "arm's force":
             why += arm_remark(ensemble, results, chosen)
-        growing = still_growing(ensemble, results, name)
-        rows.append((what, value(chosen, number) + (", still growing" if growing else ""), why + (f" {growing}." if growing else "")))
+        mark, growing = still_growing(ensemble, results, name)
+        rows.append((what, value(chosen, number) + (f", {mark}" if mark else ""), why + (f" {growing}." if growing else "")))
     heights = [h for h in pressure_heights(ensemble, results) if math.isfinite(h[0])]
     top, source = max(heights)
-    growing = still_growing(ensemble, results, "pressure height") if source.startswith("simulation") else ""
-    others = "; ".join(f"{where}: {upward(h)} m" for h, where in heights if where != source)
-    rows.append(("height of the pressure, for a simplified load", f"{upward(top)} m{', still growing' if growing else ''}",
+    mark, growing = still_growing(ensemble, results, "pressure height")
+    marks = {where: f", {mark}" if mark and where.startswith("simulation") else "" for _, where in heights}
+    others = "; ".join(f"{where}: {upward(h)} m{marks[where]}" for h, where in heights if where != source)
+    rows.append(("height of the pressure, for a simplified load", f"{upward(top)} m{marks[source]}",
                  f"the greatest of three: {source}; the others: {others}. They differ because 3 H covers every snow and width of the paper, the equations hold for a "
-                 "box as wide as the flow is deep, and the simulation is of this mast and these snows; the computed load over height is in the line load below, the guideline's load over 3 H in its table" + (f". {growing}" if growing else "")))
+                 "box as wide as the flow is deep, and the simulation is of this mast and these snows; the computed load over height is in the line load below, the guideline's load over 3 H in its table" + (f". {growing}" if marks[source] else "")))
     rows.append(("run-up (keep parts that must not be struck above it)", *run_up_row(ensemble, results)))
     return rows

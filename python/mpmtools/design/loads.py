@@ -100,7 +100,7 @@ class Loads:
         begin, end = run.number("steady_from_s"), run.number("steady_to_s")
         self.steady = (self.time >= begin) & (self.time <= end) if begin is not None and end is not None else np.zeros(len(self.time), bool)
         self.splash_back = 2.0 * run.velocity / run.gravity
-        self.impact = self.time <= self.splash_back
+        self.impact = ~self.steady | (self.time <= self.splash_back)
 
     def _effect(self, part):
         """@param part  of the names of the columns of series.csv: nothing, or arm_"""
@@ -139,7 +139,7 @@ class Loads:
 
     @property
     def during(self):
-        """Rows over which a peak is taken, by the name of the peak."""
+        """Rows over which a peak is taken, by the name of the peak; together all: the first impact lasts until the flow is steady."""
         return {"steady_peak": self.steady, "first_impact": self.impact}
 
     def _mean(self, *names, component=0):

@@ -27,10 +27,10 @@ QUANTITIES = [
     Quantity("pressure_height_mean_m", "pressure height above ground, steady mean", "m", 1.0),
     Quantity("force_mean_n", "force downstream, steady mean", "kN", 1e-3),
     Quantity("force_steady_peak_n", "force, steady peak (0.1 s)", "kN", 1e-3),
-    Quantity("force_first_impact_n", "force, first impact (0.1 s)", "kN", 1e-3),
+    Quantity("force_first_impact_n", "force, first impact, until steady (0.1 s)", "kN", 1e-3),
     Quantity("moment_mean_n_m", "overturning moment, steady mean", "kN m", 1e-3),
     Quantity("moment_steady_peak_n_m", "overturning moment, steady peak (0.1 s)", "kN m", 1e-3),
-    Quantity("moment_first_impact_n_m", "overturning moment, first impact (0.1 s)", "kN m", 1e-3),
+    Quantity("moment_first_impact_n_m", "overturning moment, first impact, until steady (0.1 s)", "kN m", 1e-3),
     Quantity("resultant_height_m", "height of the resultant of the mean force", "m", 1.0),
     Quantity("drag_coefficient", "drag coefficient, mean force over ½ρv²wH", "", 1.0),
 ]
@@ -48,7 +48,7 @@ def is_oblique(plan):
 ARM = [Quantity("mast_force_mean_n", "force downstream on the mast without its arm, steady mean", "kN", 1e-3),
        Quantity("mast_moment_mean_n_m", "overturning moment of the mast without its arm, steady mean", "kN m", 1e-3),
        *(Quantity(f"arm_{name}_{which}_n", f"arm: force {axis}, {text}", "kN", 1e-3) for name, axis in (("force", "downstream"), ("lift", "upwards"))
-         for which, text in (("mean", "steady mean"), ("steady_peak", "steady peak (0.1 s)"), ("first_impact", "first impact (0.1 s)"))),
+         for which, text in (("mean", "steady mean"), ("steady_peak", "steady peak (0.1 s)"), ("first_impact", "first impact, until steady (0.1 s)"))),
        Quantity("arm_height_m", "arm: height at which its mean force gives its moment", "m", 1.0)]
 
 
@@ -67,7 +67,7 @@ LINE_LOADS = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact
 def quantities_of(plan):
     """All quantities: the fixed ones, those of an arm and of an oblique flow, and where there are modes, what they add."""
     lateral = [Quantity(f"{name}_{which}", f"{label}, {text} (0.1 s)", unit, 1e-3)
-               for name, label, unit in LATERAL for which, text in (("steady_peak", "steady peak"), ("first_impact", "first impact"))]
+               for name, label, unit in LATERAL for which, text in (("steady_peak", "steady peak"), ("first_impact", "first impact, until steady"))]
     fixed = QUANTITIES + (ARM if "arm" in plan else []) + (lateral if is_oblique(plan) else [])
     if not plan["modes"]:
         return fixed
