@@ -288,6 +288,14 @@ class ResultsOfADesign(DesignFolder):
         self.assertIn(key, ("force_with_vibration_n", "force_first_impact_n"))  # the blow of 0.6 s; the mode feels 3 % of it
         self.assertEqual(force, Results(ensemble).ranges[key].high)
 
+    def test_design_with_the_mean_where_its_uncertainty_is_greatest(self):
+        for run in self.runs:
+            path = self.folder / "runs" / run["name"] / "results.json"
+            path.write_text(json.dumps({**json.loads(path.read_text()), "force_standard_error_n": [1e6, 0, 0], "overturning_moment_standard_error_n_m": 1e6}))
+        results = Results(Ensemble(self.folder))
+        self.assertEqual([results.design_force()[0], results.design_moment(steady_only=True)[0]], ["force_mean_n", "moment_mean_n_m"])
+        self.assertEqual(results.snow_upper(1), (results.design_force()[1], results.design_moment()[1]))
+
     def test_tell_what_the_first_impact_adds(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
@@ -914,8 +922,7 @@ class Beams(DesignFolder):
         rows = headlines.design_rows(ensemble, results)
         table = pd.read_csv(self.folder / "design.csv").set_index("quantity")
         upper = {q: (rows.value + rows.uncertainty.fillna(0)).max() for q, rows in table.groupby(level=0)}
-        force = max(v for q, v in upper.items() if q.startswith("force_") and "mean" not in q)
-        moment = max(v for q, v in upper.items() if q.startswith("moment_") and "mean" not in q)
+        force, moment = (max(v for q, v in upper.items() if q.startswith(name)) for name in ("force_", "moment_"))
         self.assertAlmostEqual(float(rows[0][1].split(" kN")[0]) / (1e-3 * force), 1.0, delta=0.01)  # three digits, upwards
         self.assertAlmostEqual(float(rows[1][1].split(" kN")[0]) / (1e-3 * moment), 1.0, delta=0.01)
 

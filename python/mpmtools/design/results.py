@@ -52,12 +52,12 @@ ARM = [Quantity("mast_force_mean_n", "force downstream on the mast without its a
        Quantity("arm_height_m", "arm: height at which its mean force gives its moment", "m", 1.0)]
 
 
-STEADY_FORCES = ("force_steady_peak_n", "force_with_vibration_steady_n")
+STEADY_FORCES = ("force_mean_n", "force_steady_peak_n", "force_with_vibration_steady_n")
 IMPACT_FORCES = ("force_first_impact_n", "force_with_vibration_n")
-STEADY_MOMENTS = ("moment_steady_peak_n_m", "moment_with_vibration_steady_n_m")
+STEADY_MOMENTS = ("moment_mean_n_m", "moment_steady_peak_n_m", "moment_with_vibration_steady_n_m")
 IMPACT_MOMENTS = ("moment_first_impact_n_m", "moment_with_vibration_n_m")
-STATIC_FORCES = ("force_steady_peak_n", "force_first_impact_n")
-STATIC_MOMENTS = ("moment_steady_peak_n_m", "moment_first_impact_n_m")
+STATIC_FORCES = ("force_mean_n", "force_steady_peak_n", "force_first_impact_n")
+STATIC_MOMENTS = ("moment_mean_n_m", "moment_steady_peak_n_m", "moment_first_impact_n_m")
 
 
 LINE_LOADS = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact": "first impact",
@@ -179,7 +179,8 @@ class Results:
         return best, self.ranges[best].high if best else math.nan
 
     def design_force(self, steady_only=False):
-        """upper() of steady peak and first impact, with and without the vibration. @param steady_only  without the first impact"""
+        """upper() of steady mean, whose uncertainty can be the greatest, steady peak and first impact, with and without the vibration. @param
+        steady_only  without the first impact"""
         return self.upper(STEADY_FORCES + (() if steady_only else IMPACT_FORCES))
 
     def design_moment(self, steady_only=False):
@@ -187,7 +188,7 @@ class Results:
         return self.upper(STEADY_MOMENTS + (() if steady_only else IMPACT_MOMENTS))
 
     def arm_force(self, steady_only=False, name="arm_force"):
-        """The same of the force on the arm downstream, or upwards ('arm_lift'), and of its mean, whose uncertainty can be the greatest."""
+        """The same of the force on the arm downstream, or upwards ('arm_lift')."""
         return self.upper((f"{name}_mean_n", f"{name}_steady_peak_n") + (() if steady_only else (f"{name}_first_impact_n",)))
 
     def snow_upper(self, snow):
@@ -231,7 +232,7 @@ class Results:
                 of, (on_arm, at) = self.finest[self.governing(f"force_{name}_n")], arm.get(name, (0.0, 0.0))
                 loads[name] = fitted_line(z, of.at(name, of.line_load[2]), edges, force - on_arm, moment - at * on_arm, base)
         (_, force), (_, moment) = self.design_force(), self.design_moment()
-        statics = [name for name in ("steady_peak", "first_impact") if name in loads]
+        statics = list(loads)
         if plan["modes"] and statics:
             static = max(statics, key=lambda name: loads[name] @ centre)
             snow, (on_arm, at) = loads[static], arm.get(static, (0.0, 0.0))
