@@ -80,6 +80,20 @@ def relative_height(friction, froude, coefficients):
     return 1.0 + magnification_factor(friction, coefficients) + head / dissipation_factor(friction, coefficients)
 
 
+def across_flow(shape, width, depth=None, angle_deg=0.0):
+    """(width across the flow, shape) of an obstacle turned about its vertical axis; the shape of a box that has no face against the flow is
+    "turned box". @param depth  along the flow; None: that of its width"""
+    quarters = angle_deg / 90.0
+    if shape != "box" or quarters == 0.0:
+        return width, shape
+    depth = width if depth is None else depth
+    facing = abs(quarters - round(quarters)) < 1e-9
+    if facing:
+        return (depth if round(quarters) % 2 else width), shape
+    angle = np.radians(angle_deg)
+    return float(width * abs(np.cos(angle)) + depth * abs(np.sin(angle))), "turned box"
+
+
 def outside_of_fit(relative_width, froude, shape="box", friction=None, hardening_xi=None):
     """What a mast and its flow have that Eqs. 7 to 10 were not fitted to (Sect. 2.2 and 4.3), as a list of texts; empty: nothing. The rule
     range_of_equations of libmpm/driver/advice.cpp is the same.

@@ -207,8 +207,8 @@ class Run:
             return []
         slope, beta = snow.get("critical_state_slope"), snow.get("cohesion_beta", 0.0)
         friction = None if slope is None else float(equations.effective_friction(slope, beta))
-        return equations.outside_of_fit(obstacle["width_m"] / self.flow_height, self.velocity / (self.gravity * self.flow_height) ** 0.5,
-                                        obstacle.get("shape", "box"), friction, snow.get("hardening_xi"))
+        width, shape = equations.across_flow(obstacle.get("shape", "box"), obstacle["width_m"], obstacle.get("depth_m"), obstacle.get("rotation_deg", 0.0))
+        return equations.outside_of_fit(width / self.flow_height, self.velocity / (self.gravity * self.flow_height) ** 0.5, shape, friction, snow.get("hardening_xi"))
 
     @property
     def mirrored_y(self):

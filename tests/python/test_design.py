@@ -255,6 +255,12 @@ class LoadsOfARun(DesignFolder):
     def test_have_a_drag_coefficient_over_width_and_depth(self):
         self.assertAlmostEqual(self.loads().values["drag_coefficient"].value, 1.1e5 / (0.5 * 300 * 9.81**2 * 1.0 * 2.0))
 
+    def test_are_over_the_width_across_the_flow(self):
+        drag, mean = self.loads().values["drag_coefficient"].value, self.loads().profiles["mean"]
+        self.write("runs/soft_w11/obstacle.json", '{"outline_m": [[0, -1], [1, -1], [1, 1], [0, 1]], "top_m": null}')  # 1 m wide, 2 m deep, turned by 90 degrees
+        self.assertAlmostEqual(self.loads().values["drag_coefficient"].value, 0.5 * drag)
+        np.testing.assert_allclose(self.loads().profiles["mean"], 0.5 * mean)
+
     def test_have_profiles_whose_integral_is_the_force(self):
         profiles = self.loads().profiles
         self.assertAlmostEqual(0.2 * profiles["mean"].sum() / 1.1e5, 1.0, delta=0.01)  # the ripple's mean over ten periods
@@ -484,6 +490,22 @@ class Comparisons(DesignFolder):
         rows = comparison.equation_rows(self.plan)
         self.assertAlmostEqual(rows[0]["runup_m"], 2.0 * (1 + 0.9468 * 0.5) + 0.5 * 9.81 * math.exp(-1.5745 * 0.5), places=6)
         self.assertEqual(comparison.equation_remarks(self.plan), ["w/H = 0.50 (fitted: 1)"])
+
+    def test_take_the_width_across_the_flow_of_a_turned_box(self):
+        flow = {**self.plan["flow"], "depth_m": 1.0}
+        plan = {**self.plan, "flow": flow}
+
+        def said(width, depth, angle):
+            turned = {**plan, "mast": {**plan["mast"], "width_m": width, "depth_m": depth, "angle_deg": angle}}
+            return (comparison.guideline_rows(turned), comparison.guideline_loads(turned), comparison.equation_remarks(turned), comparison.known_uncertainty_remark(turned))
+
+        for quarter in (90.0, -90.0):
+            self.assertEqual(said(1.0, 2.0, quarter), said(2.0, 1.0, 0.0))
+        self.assertEqual(said(1.0, 2.0, 90.0)[2], ["w/H = 2.00 (fitted: 1)"])
+        *_, loads, remarks, known = said(1.0, 1.0, 45.0)
+        self.assertAlmostEqual(loads[0].force / said(1.0, 1.0, 0.0)[1][0].force, math.sqrt(2.0))
+        self.assertEqual(remarks, ["a mast that is no box with its face against the flow", "w/H = 1.41 (fitted: 1)"])
+        self.assertIn("(turned, w/H = 1.41)", known)
 
     def test_say_to_which_mast_the_known_uncertainties_belong(self):
         self.assertIn("This mast (w/H = 0.50)", comparison.known_uncertainty_remark(self.plan))

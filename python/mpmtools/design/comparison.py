@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from mpmtools import equations
-from mpmtools.design.ensemble import snow_cover
+from mpmtools.design.ensemble import across_flow, snow_cover
 from mpmtools.design.rounding import UNKNOWN, number
 from mpmtools.design.scaling import FITTED, FROUDE, GROWN, drag_coefficient, is_fitted, unknown_snows, weight_factor
 
@@ -13,7 +13,7 @@ LAMBDAS = {"loose": (1.5,), "cold_dense": (2.0, 3.0), "warm_cohesive": (2.0, 3.0
 
 def guideline_rows(plan):
     """[(what, value in m above the ground, source)] that do not depend on the snow's parameters."""
-    flow, width, base = plan["flow"], plan["mast"]["width_m"], snow_cover(plan)
+    flow, (width, _), base = plan["flow"], across_flow(plan), snow_cover(plan)
     height, speed, gravity = flow["depth_m"], flow["velocity_m_s"], flow["gravity_m_s2"]
     factor = float(equations.width_factor(width / height))
     limited = max(factor, FLOOR)
@@ -83,7 +83,7 @@ def guideline_drag(plan):
 
 def guideline_loads(plan):
     """F = c_D rho v^2/2 w H with three extents that are in use, and unless the snow is dry the measured multiple of the hydrostatic pressure."""
-    flow, width, base = plan["flow"], plan["mast"]["width_m"], snow_cover(plan)
+    flow, (width, _), base = plan["flow"], across_flow(plan), snow_cover(plan)
     depth, gravity = flow["depth_m"], flow["gravity_m_s2"]
     drag, source = guideline_drag(plan)
     line = drag * 0.5 * flow["density_kg_m3"] * flow["velocity_m_s"] ** 2 * width
@@ -125,24 +125,24 @@ def equation_rows(plan):
 
 def equation_remarks(plan):
     """What of this site the equations were not fitted to; each text once."""
-    flow, mast = plan["flow"], plan["mast"]
+    flow, (width, shape) = plan["flow"], across_flow(plan)
     remarks = []
     for snow in plan["snows"]:
-        remarks += equations.outside_of_fit(mast["width_m"] / flow["depth_m"], flow["froude_number"], mast["shape"], snow["effective_friction"],
+        remarks += equations.outside_of_fit(width / flow["depth_m"], flow["froude_number"], shape, snow["effective_friction"],
                                             snow["hardening_xi"])
     return list(dict.fromkeys(remarks))
 
 
 def known_uncertainty_remark(plan):
     """To which mast the known uncertainties of the grid belong, where that is not this one; empty: to one like this."""
-    flow, mast = plan["flow"], plan["mast"]
-    ratio, different = mast["width_m"] / flow["depth_m"], []
-    if mast["shape"] != "box":
-        different.append("round")
+    flow, (width, shape) = plan["flow"], across_flow(plan)
+    ratio, different = width / flow["depth_m"], []
+    if shape != "box":
+        different.append("round" if shape == "cylinder" else "turned")
     if abs(ratio - 1.0) > 0.05:
         different.append(f"w/H = {ratio:.2f}")
     if not different:
         return ""
-    force = ", for the force the larger of this and that of a cylinder in a plane jet" if mast["shape"] != "box" else ""
+    force = ", for the force the larger of this and that of a cylinder in a plane jet" if shape == "cylinder" else ""
     return (f"This mast ({', '.join(different)}) has no grid study of its own: the known uncertainty is that of a square mast as wide as the flow "
             f"is deep (w = H, Fr 3, frictionless) with as many cells{force}. It may be larger here.")

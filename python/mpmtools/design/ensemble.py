@@ -3,6 +3,7 @@
 import math
 import os
 
+from mpmtools import equations
 from mpmtools.checksums import read_results
 from mpmtools.errors import InputError
 from mpmtools.run import Run
@@ -14,6 +15,12 @@ FORMAT_VERSION = 1
 def snow_cover(plan):
     """Height of the snow cover or deposit under the flow, m. @param plan  design_plan.json as a dict"""
     return plan["flow"].get("snow_cover_m", 0.0)
+
+
+def across_flow(plan):
+    """(width across the flow, m; shape) of the mast as it is turned: equations.across_flow()."""
+    mast = plan["mast"]
+    return equations.across_flow(mast["shape"], mast["width_m"], mast.get("depth_m"), mast.get("angle_deg", 0.0))
 
 
 class Ensemble:

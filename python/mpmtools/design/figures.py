@@ -35,7 +35,8 @@ def side_view(ensemble, loads):
         return None
     section, height = Section(run, run.final, section_half_width(run)), plan["flow"]["depth_m"]
     section.z += loads.base
-    reach, length = max(plan["mast"]["width_m"], height), 8.0 * max(plan["mast"]["width_m"], height) + run.obstacle_depth
+    reach = max(run.obstacle_width, height)
+    length = 8.0 * reach + run.obstacle_depth
     left, right = -5.0 * reach, length - 5.0 * reach
     shown = section.z[(section.x > left) & (section.x < right)]
     highest = [values["runup_mean_m"].value, values["pressure_height_mean_m"].value, loads.base + 2.0 * height]

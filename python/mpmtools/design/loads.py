@@ -184,7 +184,7 @@ class Loads:
         peaks = [("force", "_n", self.smooth_force, force), ("moment", "_n_m", self.smooth_moment, moment), *peaks_of_arm,
                  *((name, "", np.abs(values), force if name == "lateral_force" else moment) for name, values in self.lateral.items())]
         case = self.run.case
-        head = 0.5 * case["material"]["density_kg_m3"] * self.run.velocity**2 * case["obstacle"]["width_m"] * self.run.flow_height
+        head = 0.5 * case["material"]["density_kg_m3"] * self.run.velocity**2 * self.run.obstacle_width * self.run.flow_height
         return {
             **heights, "force_mean_n": force, "moment_mean_n_m": moment, **arm,
             "runup_peak_m": self._peak(self.highest, np.ones_like(self.time, bool), heights["runup_mean_m"]),
@@ -297,7 +297,7 @@ class Loads:
         """z (m) and pressures in Pa: force per height of the impulses over the width: 'mean', 'steady_peak' and 'first_impact' (largest of
         the moving mean at each height, not at one time); 'stress': the paper's profile of stress before the mast, its steady mean."""
         z, _, line = self.line_load
-        pressure, (_, stress) = line / self.run.case["obstacle"]["width_m"], self._profiles("pressure_pa")
+        pressure, (_, stress) = line / self.run.obstacle_width, self._profiles("pressure_pa")
         smooth = moving_mean(pressure, self.rows)
 
         def over(reduce, values, where):

@@ -68,7 +68,7 @@ def make_page(folder):
         page = environment.get_template("design_page.html.j2").render(
             style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", stamp=stamp(ensemble),
             design=design, advice=advice, level=LEVELS[plan["level"]], accuracy=uncertain, not_steady=results.not_steady,
-            oblique=is_oblique(plan), base=ensemble.base, axis=middle.axis, slope=math.radians(plan["flow"]["slope_deg"]),
+            oblique=is_oblique(plan), middle_width=middle.run.obstacle_width, base=ensemble.base, axis=middle.axis, slope=math.radians(plan["flow"]["slope_deg"]),
             snows=page_tables.snow_table(plan), loads=page_tables.load_table(ensemble, results),
             line_load=page_tables.line_load_table(results, plan), reactions=page_tables.reaction_table(ensemble, results),
             factors=page_tables.factor_tables(ensemble), fronts=page_tables.front_table(ensemble, results),
