@@ -860,6 +860,22 @@ class SnowCovers(DesignFolder):
         self.assertAlmostEqual(ensemble.bound, 2.0 + 9.81 / 2 + 1.5)
 
 
+    def test_of_a_metre_are_on_the_page_as_a_site_with_one_gives_them(self):
+        text = page.cover_text(Ensemble(self.folder))
+        plain = rounding.upward(Results(Ensemble(self.folder)).design_moment()[1], 1e-3)
+        self.change_cases("height_m = 12.0", "height_m = 11.0")
+        self.write("design_plan.json", json.dumps({**self.plan, "flow": {**self.plan["flow"], "snow_cover_m": 1.0}}))
+        ensemble = Ensemble(self.folder)
+        covered = Results(ensemble)
+        force, moment = (rounding.upward(choose()[1], 1e-3) for choose in (covered.design_force, covered.design_moment))
+        self.assertIn(f"are {force} kN and {moment} kN m, with the vibration", text)
+        self.assertNotEqual(moment, plain)
+        self.assertEqual(page.cover_text(ensemble), "")
+        for change in ({"arm": {}}, {"modes": [{**self.plan["modes"][0], "shape_at_load": 0.1}]}):
+            ensemble.base, ensemble.plan = 0.0, {**self.plan, **change}
+            self.assertRegex(page.cover_text(ensemble), "lifts all loads, and [^0-9]*: compute it with")
+
+
 class ObliqueFlows(DesignFolder):
     def test_give_lateral_force_and_torsion_about_the_masts_own_axis(self):
         for run in self.runs:

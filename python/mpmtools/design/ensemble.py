@@ -1,5 +1,6 @@
 """The folder of a design: its plan, and a Run for each snow and grid."""
 
+import copy
 import math
 import os
 
@@ -63,6 +64,12 @@ class Ensemble:
         if unfinished:
             raise InputError(f"{counted(len(unfinished), 'run')} {verb(len(unfinished), 'is', 'are')} not finished, or of another site, first "
                              f"{os.path.join(self.folder, 'runs', unfinished[0])}; `mpm design` runs what is missing")
+
+    def raised(self, by):
+        """The same runs on a snow cover that is higher. @param by  m"""
+        other = copy.copy(self)
+        other.base, other.bound = self.base + by, self.bound + by
+        return other
 
     def _difference(self, run, snow, size):
         """What in the case of a run is not that of the plan, which the page describes and by which loads are scaled, in words; empty: nothing."""

@@ -17,7 +17,7 @@ from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.headlines import design_rows
 from mpmtools.design.loads import all_modes
 from mpmtools.design.results import Results, is_oblique
-from mpmtools.design.rounding import short, upward
+from mpmtools.design.rounding import short, upward, with_unit
 from mpmtools.errors import InputError
 from mpmtools.figures.style import STYLE, inline, use_style
 from mpmtools.files import write_text
@@ -39,6 +39,21 @@ def stamp(ensemble):
         digest = hashlib.sha256(file.read()).hexdigest()[:12]
     return {"date": datetime.date.today().isoformat(), "author": plan.get("author") or "author not given",
             "project": plan.get("project") or "project not given", "input": f"{os.path.basename(path)} {digest}", "version": f"mpm {plan['version']} ({plan['commit']})"}
+
+
+def cover_text(ensemble):
+    """What a metre of snow cover under the flow does to the headlines, in a sentence; empty: there is one."""
+    plan, compute = ensemble.plan, "compute it with <code>[flow] snow_cover_m</code>"
+    if ensemble.base:
+        return ""
+    if "arm" in plan or any(mode["shape_at_load"] is not None for mode in plan["modes"]):
+        why = "the arm is then nearer to the flow" if "arm" in plan else "the mode's shape at the load grows, too"
+        return markupsafe.Markup(f"A snow cover or deposit under the flow lifts all loads, and {why}: {compute}.")
+    results = Results(ensemble.raised(1.0))
+    (_, force), (_, moment) = results.design_force(), results.design_moment()
+    vibration = ", with the vibration, which grows more than the heights" if plan["modes"] else ""
+    return markupsafe.Markup(f"A snow cover or deposit under the flow lifts all loads: on 1 m of it, all heights are 1 m greater, and the upper values at the foundation are "
+                             f"{with_unit(upward(force, 1e-3), 'kN')} and {with_unit(upward(moment, 1e-3), 'kN m')}{vibration}. Where there is one, {compute}.")
 
 
 def css_text(text):
@@ -72,7 +87,7 @@ def make_page(folder):
             snows=page_tables.snow_table(plan), loads=page_tables.load_table(ensemble, results),
             line_load=page_tables.line_load_table(results, plan), reactions=page_tables.reaction_table(ensemble, results),
             factors=page_tables.factor_tables(ensemble), fronts=page_tables.front_table(ensemble, results),
-            moment_per_metre=upward(results.design_force()[1], 1e-3),
+            cover=cover_text(ensemble),
             higher_modes=[m["frequency_hz"] for m in all_modes(plan)[len(plan["modes"]):]],
             guideline=comparison.guideline_rows(plan), guideline_loads=page_tables.guideline_load_table(results, plan),
             sources={"head": ["shape and regime", "c_D", "source", "what was read of it"], "rows": comparison.drag_sources(plan)},
