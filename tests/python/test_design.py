@@ -248,6 +248,15 @@ class LoadsOfARun(DesignFolder):
         whole = np.max(equivalent_static_force(loads.interval, loads.force, 1.0, 0.02))
         self.assertAlmostEqual(loads.vibration_values(plan)["force_with_vibration_n"].value / whole, 1.0, delta=0.05)  # 0.1 s of smoothing
 
+    def test_vibrate_alike_when_mast_and_load_are_scaled_together(self):
+        loads, plan = self.loads(), {**self.plan, "mast": {**self.plan["mast"], "height_m": 18.0}}
+        before, after = loads.with_vibration(self.plan), loads.scaled(2.0, 1.5, 1.0).with_vibration(plan)
+        np.testing.assert_allclose(after["force"], 2.0 * before["force"])
+        np.testing.assert_allclose(after["moment"], 3.0 * before["moment"])
+        slower, mode = loads.scaled(1.0, 1.0, 2.0), {**self.plan["modes"][0], "frequency_hz": 0.5}
+        factors = [of.with_vibration({**self.plan, "modes": modes})["modes"] for of, modes in ((loads, self.plan["modes"]), (slower, [mode]))]
+        self.assertAlmostEqual(factors[1][0.5][1] / factors[0][1.0][1], 1.0, delta=0.02)  # the mean over 0.1 s is half as many rows
+
     def test_take_the_shape_at_the_load_of_the_site_file(self):
         mode = {**self.plan["modes"][0], "shape_at_load": 0.5}
         np.testing.assert_allclose(self.loads().generalised_force(mode, 1, self.plan["mast"]), 0.5 * self.loads().force)
@@ -596,6 +605,17 @@ class Scaling(DesignFolder):
         computed = scaling.Avalanche(2.0, 10.0, 300.0)
         self.assertEqual(scaling.factors(computed, computed, 0.8, 9.81), (1.0, 1.0, 1.0, 1.0, 0.0))
         self.assertEqual(scaling.factors(computed, computed._replace(density=450.0), 0.8, 9.81), (1.5, 1.5, 1.0, 1.0, 0.0))
+
+    def test_lets_the_modes_feel_more_of_a_deeper_flow(self):
+        for given in (None, 0.03):
+            plan = {**self.plan, "modes": [{**self.plan["modes"][0], "shape_at_load": given}]}
+            self.write("design_plan.json", json.dumps(plan))
+            results = Results(Ensemble(self.folder))
+            force, moment = results.scaled_upper(plan, 1, 2.0, 1.3, 1.0)  # as long, and higher
+            self.assertGreater(force, 1.01 * 2.0 * results.snow_upper(1)[0])
+            self.assertGreater(moment, 1.05 * 2.0 * 1.3 * results.snow_upper(1)[1])
+            same = results.scaled_upper(plan, 1, 2.0, 1.0, 1.0)
+            np.testing.assert_allclose(same, 2.0 * np.array(results.snow_upper(1)))
 
     def test_is_proportional_to_the_weight_in_slow_and_to_the_head_in_fast_flow(self):
         slow, fast = scaling.Avalanche(2.0, 0.1, 300.0), scaling.Avalanche(2.0, 200.0, 300.0)
@@ -1068,6 +1088,8 @@ class Pages(DesignFolder):
         rows = what_decides.sensitivity_rows(ensemble, results)
         self.assertEqual([row[2][0] - row[2][1] for row in rows], sorted(row[2][0] - row[2][1] for row in rows))
         effects = {what.partition(" ")[0]: changes for what, *changes in rows}
+        ensemble.plan["modes"] = []  # another speed shakes the mast in other times
+        effects["speed"] = next(row[1:] for row in what_decides.sensitivity_rows(ensemble, Results(ensemble)) if row[0].startswith("speed"))
         np.testing.assert_allclose(effects["density"], [(-0.2, 0.2), (-0.2, 0.2)], atol=1e-12)
         own = scaling.drag_coefficient(1.0, 1.2 * self.plan["flow"]["froude_number"]) / scaling.drag_coefficient(1.0, self.plan["flow"]["froude_number"])
         self.assertAlmostEqual(effects["speed"][0][1], 1.44 * own - 1.0, delta=1e-9)  # the firm snow, M' = 1, decides

@@ -1,5 +1,6 @@
 """What a design takes from one run: heights, forces and moments with their statistical errors, and profiles over height."""
 
+import copy
 import math
 import os
 from functools import cached_property
@@ -231,6 +232,17 @@ class Loads:
         """Height of the middle of the arm, m."""
         arm = self.run.case["arm"]
         return self.base + 0.5 * (arm["base_m"] + arm["height_m"])
+
+    def scaled(self, force, height, time):
+        """These loads for with_vibration(), with forces, heights above the bed and times multiplied; an arm stays where it is."""
+        other, (z, step, line) = copy.copy(self), self.line_load
+        other.interval = time * self.interval
+        other.rows = rows_of(other.interval)
+        other.line_load = self.base + height * (z - self.base), height * step, force / height * line
+        other.mast, other.arm = (effect._replace(force=force * effect.force) for effect in (self.mast, self.arm))
+        other.force, other.moment = force * self.force, force * (height * (self.moment - self.base * self.force) + self.base * self.force)
+        other.smooth_force, other.smooth_moment = (moving_mean(values, other.rows) for values in (other.force, other.moment))
+        return other
 
     def with_vibration(self, plan, front=1):
         """What the modes add to force and moment at the foundation. @param front  rows over which the front rises to full depth: the

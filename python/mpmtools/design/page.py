@@ -93,7 +93,7 @@ def make_page(folder):
             sources={"head": ["shape and regime", "c_D", "source", "what was read of it"], "rows": comparison.drag_sources(plan)},
             comparison=page_tables.comparison_table(ensemble, results), remarks=comparison.equation_remarks(plan),
             tornado=figures.tornado(sensitivity), sensitivity=what_decides.sensitivity_table(sensitivity),
-            ensemble_text=what_decides.ensemble_text(ensemble, results, sensitivity), scaling_errors=scaling.ERRORS, scaling_froude=scaling.FROUDE,
+            ensemble_text=what_decides.ensemble_text(ensemble, results, sensitivity), scaling_errors=scaling.ERRORS, given_shapes=any(mode["shape_at_load"] is not None for mode in plan["modes"]), scaling_froude=scaling.FROUDE,
             scaling_grown=scaling.GROWN, scaling_friction=(*scaling.FITTED, scaling.CONTINUED * scaling.FITTED[1]),
             scenarios=what_decides.scenario_table(ensemble, results), known_is_of=comparison.known_uncertainty_remark(plan),
             pictures=pictures, middle=ensemble.label(ensemble.middle), threads=middle.run.number("threads"), files=files,

@@ -154,7 +154,7 @@ class Results:
         all_loads = [[Loads(run, ensemble.base) for run in row] for row in ensemble.runs]
         self.finest = [row[-1] for row in all_loads]
         self.not_steady = [os.path.basename(loads.run.folder) for row in all_loads for loads in row if not loads.is_steady]
-        self.table = []
+        self.table, self.scaled_peaks = [], {}
         for row in all_loads:
             values = [{**loads.values, **loads.vibration_values(plan)} for loads in row]
             self.table.append({q.key: entry_of(ensemble.sizes, [v[q.key] for v in values]) for q in quantities_of(plan)})
@@ -191,13 +191,38 @@ class Results:
         """The same of the force on the arm downstream, or upwards ('arm_lift')."""
         return self.upper((f"{name}_mean_n", f"{name}_steady_peak_n") + (() if steady_only else (f"{name}_first_impact_n",)))
 
-    def snow_upper(self, snow):
-        """(force, moment): the upper values of the headline, of one snow; NaN where there is none."""
-        upper = []
-        for keys in (STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS):
-            entries = [self.table[snow][key] for key in keys if key in self.table[snow]]
-            upper.append(max((e.upper for e in entries if math.isfinite(e.value)), default=math.nan))
-        return tuple(upper)
+    def snow_upper(self, snow, part="upper"):
+        """(force, moment): the greatest upper values of the headline, of one snow; NaN where there is none. @param part  of Entry"""
+        return tuple(max((getattr(e, part) for e in self._known(snow, keys).values()), default=math.nan)
+                     for keys in (STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS))
+
+    def _known(self, snow, keys):
+        """{key: Entry} of these that a snow has."""
+        return {key: entry for key in keys if (entry := self.table[snow].get(key)) is not None and math.isfinite(entry.value)}
+
+    def scaled_upper(self, plan, snow, force, height, time):
+        """snow_upper() with forces, heights above the bed and times multiplied. What the masses of the mast add is computed anew, since the
+        modes feel another part of a higher load; relative uncertainties stay."""
+        if (force, height, time) == (1.0, 1.0, 1.0):
+            return self.snow_upper(snow)
+        if not math.isfinite(force):
+            return math.nan, math.nan
+        key, base = (snow, force, height, time), self.finest[snow].base
+        if key not in self.scaled_peaks:
+            grown = [{**m, "shape_at_load": m["shape_at_load"] and max(-1.0, min(1.0, m["shape_at_load"] * max(1.0, height) ** 2))} for m in plan["modes"]]
+            self.scaled_peaks[key] = self.finest[snow].scaled(force, height, time).vibration_values({**plan, "modes": grown})
+        peaks = self.scaled_peaks[key]
+
+        def upper(name, e):
+            if name in peaks:
+                return peaks[name].value * e.upper / e.value
+            if name in STATIC_FORCES:
+                return force * e.upper
+            lifted = base * self.table[snow][name.replace("moment", "force").replace("_n_m", "_n")].upper
+            return force * (height * (e.upper - lifted) + lifted)
+
+        return tuple(max((upper(*item) for item in self._known(snow, keys).items()), default=math.nan)
+                     for keys in (STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS))
 
     def governing(self, key):
         """Number of the snow whose value plus uncertainty is greatest."""

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from mpmtools import equations
-from mpmtools.design.ensemble import snow_cover
 
 INERTIA, WEIGHT = (0.179, 0.203), (0.608, 1.693)  # logarithms at M' = 0, and their slopes
 FITTED = (0.4, 1.53)  # M'
@@ -121,13 +120,10 @@ def corners_of(plan):
 def scaled_loads(results, plan, other):
     """(force, N; moment about the ground, N m; error of the scaling, NaN: not known): upper values of the headline for another avalanche, over
     all snows; NaN where one does not scale."""
-    base = snow_cover(plan)
     computed, gravity = avalanche_of(plan), plan["flow"]["gravity_m_s2"]
-    forces, moments, errors = [], [], []
+    time, loads, errors = other.depth * computed.velocity / (other.velocity * computed.depth), [], []
     for number, snow in enumerate(plan["snows"]):
         scale = factors(computed, other, snow["effective_friction"], gravity)
-        force, moment = results.snow_upper(number)
-        forces.append(scale.force * force)
+        loads.append(results.scaled_upper(plan, number, scale.force, other.depth / computed.depth, time))
         errors.append(scale.error)
-        moments.append(scale.moment * (moment - base * force) + base * scale.force * force)
-    return tuple(float(np.max(values)) for values in (forces, moments, errors))
+    return tuple(float(np.max(values)) for values in (*zip(*loads), errors))
