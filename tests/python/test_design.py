@@ -771,7 +771,7 @@ class Arms(DesignFolder):
         self.assertAlmostEqual(entries["arm_force_mean_n"].known, 0.02 * 0.2 * force, msg="relatively that of the mast")
         reactions = page_tables.reaction_table(self.ensemble, self.results)["rows"]
         self.assertEqual(reactions[0][1], rounding.with_unit(rounding.upward(self.results.ranges["force_mean_n"].high, 1e-3), "kN"))
-        self.assertEqual(reactions[2][3], "+8 to +32 kN")  # 6/11 of 0.14 F in the first row, F = 110 kN (soft); 0.24 F, F = 132 kN (firm)
+        self.assertEqual(reactions[2][3], "+8.40 to +31.7 kN")  # 6/11 of 0.14 F in the first row, F = 110 kN (soft); 0.24 F, F = 132 kN (firm)
 
     def test_have_headlines_of_their_own_that_follow_from_the_tables(self):
         data_files.write_tables(self.ensemble, self.results, figures.spectra(self.ensemble, self.results.finest))
@@ -1270,6 +1270,8 @@ class Numbers(unittest.TestCase):
     def test_have_three_digits_and_design_values_are_rounded_up(self):
         self.assertEqual((rounding.short(123456.0, 1e-3), rounding.short(1.2345), rounding.short(12.345), rounding.short(math.nan)), ("123", "1.23", "12.3", "–"))
         self.assertEqual((rounding.upward(123.01), rounding.upward(1.231), rounding.upward(12345.0)), ("124", "1.24", "12400"))
+        for ends, text in (((-0.3411, 0.4211), "-0.342 to +0.422"), ((8.409, 31.61), "+8.40 to +31.7"), ((-31.61, -8.409), "-31.7 to -8.40"), ((0.0, 123.01), "0 to +124")):
+            self.assertEqual(rounding.outward(*ends), text)
 
     def test_have_the_digits_of_their_uncertainty_which_is_never_zero(self):
         for value, uncertainty, text in ((123.4, 12.3, "123 ± 12"), (1.2345, 0.0567, "1.234 ± 0.057"), (1.6091, 1e-4, "1.609 ± 0.001"),

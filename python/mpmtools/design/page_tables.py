@@ -7,7 +7,7 @@ import numpy as np
 from mpmtools.design import comparison
 from mpmtools.design.factors import load_factors, outside, over_snows
 from mpmtools.design.results import LATERAL, LINE_LOADS, is_oblique, quantities_of
-from mpmtools.design.rounding import UNKNOWN, number, percent, short, upward, value_and_error, with_unit
+from mpmtools.design.rounding import UNKNOWN, number, outward, percent, short, upward, value_and_error, with_unit
 
 
 def load_table(ensemble, results):
@@ -67,7 +67,7 @@ def reaction_table(ensemble, results):
 
     def vertical(select):
         parts = [loads.vertical[where] for loads in results.finest if (where := select(loads)).any()]
-        return f"{min(map(np.min, parts)) / 1e3:+.0f} to {max(map(np.max, parts)) / 1e3:+.0f} kN" if parts else UNKNOWN
+        return f"{outward(min(map(np.min, parts)), max(map(np.max, parts)), 1e-3)} kN" if parts else UNKNOWN
 
     rows = []
     cases = [("steady mean", "mean", "", lambda l: l.steady), ("steady peak (0.1 s)", "steady_peak", "steady_peak", lambda l: l.steady),

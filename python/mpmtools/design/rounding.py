@@ -33,6 +33,14 @@ def upward(value, scale=1.0):
     return short(math.ceil(value / step - 1e-9) * step)
 
 
+def outward(low, high, scale=1.0):
+    """Both ends of a range with their signs, three digits each, rounded away from its middle."""
+    def signed(text, sign, other):
+        return text if not float(text) else other + text[1:] if text[0] == "-" else sign + text
+
+    return f"{signed(upward(-low, scale), '-', '+')} to {signed(upward(high, scale), '+', '-')}"
+
+
 def value_and_error(value, uncertainty, scale=1.0):
     """Both with the digits that the uncertainty allows: two of its own, at most four of the value. Without one: three digits of the value."""
     if uncertainty is None or not math.isfinite(uncertainty) or not math.isfinite(value):
