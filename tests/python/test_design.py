@@ -1150,6 +1150,24 @@ class Pages(DesignFolder):
         self.assertTrue(run_up[1].startswith("not determined (not steady, "), run_up)
         self.assertTrue(any("before the flow is steady" in text for text, snows in cautions.advice_rows(ensemble, results) if snows == "firm"))
 
+    def test_say_at_least_where_only_one_grid_has_a_value(self):
+        for marked in (False, True):
+            for run in ("firm_w3", "firm_w5") if marked else ():
+                self.without_means(run)
+            ensemble = Ensemble(self.folder)
+            results = Results(ensemble)
+            self.assertEqual(results.table[1]["force_mean_n"].at_least, marked)
+            for what, value, why in headlines.design_rows(ensemble, results)[:2]:
+                self.assertEqual((value.startswith("at least "), headlines.ONE_GRID in why), (marked, marked), what)
+            self.assertEqual("at least" in headlines.design_rows(ensemble, results)[2][2], marked)  # the pressure height of the simulation
+            rows = {row[0]: row for row in page_tables.load_table(ensemble, results)["rows"]}
+            mean = rows["force downstream, steady mean (kN)"]
+            self.assertEqual([cell.endswith(" *") for cell in mean[1:]], [False, marked, marked])
+            self.assertEqual(page_tables.reaction_table(ensemble, results)["rows"][0][1].endswith("kN *"), marked)
+            self.assertEqual(page_tables.line_load_table(results, ensemble.plan)["rows"][-2][1].endswith(" *"), marked)
+            self.assertEqual("mean force at least" in cautions.accuracy(results), marked)
+            self.assertEqual(data_files.design_json(ensemble, results)["quantities"]["force_mean_n"]["range"]["at_least"], marked)
+
     def test_cover_every_row_of_a_run_by_their_peaks(self):
         for begin in (3.0, 6.0):
             for run in self.runs:

@@ -10,18 +10,18 @@ from mpmtools.design.what_decides import not_scaled, scenario_rows
 
 
 def uncertainties(results):
-    """[(quantity, grid uncertainty over the value, the largest of the snows)] of the main quantities; NaN: not known."""
+    """[(quantity, grid uncertainty over the value, the largest of the snows; whether it may be greater)] of the main quantities; NaN: not known."""
     rows = []
     for key, label in (("force_mean_n", "mean force"), ("moment_mean_n_m", "mean moment"), ("runup_p99_mean_m", "run-up"),
                        ("pressure_height_mean_m", "pressure height")):
         shares = [row[key].grid / abs(row[key].value) for row in results.table if math.isfinite(row[key].value) and math.isfinite(row[key].grid)]
-        rows.append((label, max(shares, default=math.nan)))
+        rows.append((label, max(shares, default=math.nan), results.ranges[key].at_least))
     return rows
 
 
 def accuracy(results):
     """The same in words."""
-    return ", ".join(f"{label} {100.0 * share:.0f} %" if math.isfinite(share) else f"{label} not known" for label, share in uncertainties(results))
+    return ", ".join(f"{label} {'at least ' if more else ''}{100.0 * share:.0f} %" if math.isfinite(share) else f"{label} not known" for label, share, more in uncertainties(results))
 
 
 def advice_rows(ensemble, results):
@@ -35,7 +35,7 @@ def advice_rows(ensemble, results):
     drag, guideline = results.ranges["drag_coefficient"], comparison.guideline_loads(plan)
     if math.isfinite(drag.high) and (remark := comparison.drag_remark(plan, drag.lowest, drag.highest)):
         rows.append((remark, ""))
-    shares = uncertainties(results)
+    shares = [(label, share) for label, share, _ in uncertainties(results)]
     arms = [("force on the arm", results.arm_force()), ("lift on the arm", results.arm_force(name="arm_lift"))]
     for label, (key, _) in [("design force", results.design_force()), ("design moment", results.design_moment())] + ("arm" in plan) * arms:
         if key is not None and results.ranges[key].highest > 0.0:

@@ -7,7 +7,7 @@ import numpy as np
 
 from mpmtools.design import comparison
 from mpmtools.design.loads import moving_mean
-from mpmtools.design.results import STATIC_FORCES, STATIC_MOMENTS, quantities_of
+from mpmtools.design.results import FORCES, MOMENTS, STATIC_FORCES, STATIC_MOMENTS, arm_keys, quantities_of
 from mpmtools.design.rounding import UNKNOWN, short, upward, value_and_error, with_unit
 
 NOT_DETERMINED = 1.0 / 3.0  # largest uncertainty over the value with which a height is stated
@@ -26,6 +26,14 @@ def finer_grid(plan):
 def longer(plan):
     """What to do where a run was too short."""
     return f"give [plan] duration_s = {short(2.0 * plan['duration_s'])}"
+
+
+ONE_GRID = "Fewer than two grids have a steady value, so that the uncertainty of the grid may be greater"
+
+
+def at_least(results, keys):
+    """Before an upper value that may be greater: ONE_GRID."""
+    return "at least " if results.is_at_least(keys) else ""
 
 
 def still_growing(ensemble, results, name):
@@ -58,7 +66,8 @@ def run_up_row(ensemble, results):
     if growing:
         reason = growing
     elif math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
-        return upward(results.ranges[key].high) + " m", f"upper value of: {what}. {parts}"
+        keys = ("runup_peak_m", "runup_p99_mean_m")
+        return f"{at_least(results, keys)}{upward(results.ranges[key].high)} m", (f"{ONE_GRID}; " if results.is_at_least(keys) else "") + f"upper value of: {what}. {parts}"
     else:
         reason = (f"The uncertainty of the grid is more than a third of the value ({what}): the grids are too coarse for a statement; "
                   f"{finer_grid(ensemble.plan)}")
@@ -96,12 +105,12 @@ def design_rows(ensemble, results):
 
     arm, rows = plan.get("arm"), []
     both = ", arm included" if arm else ""
-    loads = [(f"force downstream, at the foundation{both}", "force", results.design_force, STATIC_FORCES),
-             (f"overturning moment at the ground{both}", "moment", results.design_moment, STATIC_MOMENTS)]
+    loads = [(f"force downstream, at the foundation{both}", "force", results.design_force, FORCES, STATIC_FORCES),
+             (f"overturning moment at the ground{both}", "moment", results.design_moment, MOMENTS, STATIC_MOMENTS)]
     if arm:
-        loads += [(f"arm ({arm['base_m']:.4g} to {arm['height_m']:.4g} m above the ground): force {axis}", "arm's force", functools.partial(results.arm_force, name=name), ())
+        loads += [(f"arm ({arm['base_m']:.4g} to {arm['height_m']:.4g} m above the ground): force {axis}", "arm's force", functools.partial(results.arm_force, name=name), arm_keys(name), ())
                   for axis, name in (("downstream", "arm_force"), ("upwards", "arm_lift"))]
-    for what, name, choose, statics in loads:
+    for what, name, choose, keys, statics in loads:
         chosen, number = choose()
         if chosen is None:
             rows.append((what, UNKNOWN, "no run gives one"))
@@ -118,13 +127,14 @@ def design_rows(ensemble, results):
         if name == "arm's force":
             why += arm_remark(ensemble, results, chosen)
         mark, growing = still_growing(ensemble, results, name)
-        rows.append((what, value(chosen, number) + (f", {mark}" if mark else ""), why + (f" {growing}." if growing else "")))
+        rows.append((what, at_least(results, keys) + value(chosen, number) + (f", {mark}" if mark else ""), why + (f" {growing}." if growing else "") + (f" {ONE_GRID}." if results.is_at_least(keys) else "")))
     heights = [h for h in pressure_heights(ensemble, results) if math.isfinite(h[0])]
     top, source = max(heights)
     mark, growing = still_growing(ensemble, results, "pressure height")
+    least = {where: at_least(results, ["pressure_height_mean_m"]) if where.startswith("simulation") else "" for _, where in heights}
     marks = {where: f", {mark}" if mark and where.startswith("simulation") else "" for _, where in heights}
-    others = "; ".join(f"{where}: {upward(h)} m{marks[where]}" for h, where in heights if where != source)
-    rows.append(("height of the pressure, for a simplified load", f"{upward(top)} m{marks[source]}",
+    others = "; ".join(f"{where}: {least[where]}{upward(h)} m{marks[where]}" for h, where in heights if where != source)
+    rows.append(("height of the pressure, for a simplified load", f"{least[source]}{upward(top)} m{marks[source]}",
                  f"the greatest of three: {source}; the others: {others}. They differ because 3 H covers every snow and width of the paper, the equations hold for a "
                  "box as wide as the flow is deep, and the simulation is of this mast and these snows; the computed load over height is in the line load below, the guideline's load over 3 H in its table" + (f". {growing}" if marks[source] else "")))
     rows.append(("run-up (keep parts that must not be struck above it)", *run_up_row(ensemble, results)))

@@ -10,6 +10,9 @@ from mpmtools.design.results import LATERAL, LINE_LOADS, is_oblique, quantities_
 from mpmtools.design.rounding import UNKNOWN, number, outward, percent, short, upward, value_and_error, with_unit
 
 
+STAR = " *"  # behind an uncertainty that may be greater: fewer than two grids have the value
+
+
 def load_table(ensemble, results):
     plan = ensemble.plan
     head = ["quantity"] + [ensemble.label(i) for i in range(len(plan["snows"]))] + ["range with uncertainty"]
@@ -21,11 +24,10 @@ def load_table(ensemble, results):
             if not math.isfinite(e.value):
                 cells.append(UNKNOWN)
                 continue
-            unknown = "" if math.isfinite(e.grid) else " *"
-            cells.append(value_and_error(e.value, e.total, q.scale) + unknown)
+            cells.append(value_and_error(e.value, e.total, q.scale) + (STAR if e.at_least else ""))
         r = results.ranges[q.key]
         high = short if r.high == ensemble.bound else upward  # a bound is exact
-        cells.append(f"{short(r.low, q.scale)} to {high(r.high, q.scale)}" if math.isfinite(r.high) else UNKNOWN)
+        cells.append(f"{short(r.low, q.scale)} to {high(r.high, q.scale)}{STAR * r.at_least}" if math.isfinite(r.high) else UNKNOWN)
         rows.append(cells)
     return {"head": head, "rows": rows}
 
@@ -53,8 +55,9 @@ def line_load_table(results, plan, blocks=10):
         rows.append(cells)
     if arm:
         rows.append(["in addition on the arm"] + [f"{short(force, 1e-3)} kN at {number(at, '.2f')} m" for force, at in arms])
-    rows.append(["force (kN)"] + [upward(q.sum() * step + force, 1e-3) for q, (force, _) in zip(loads.values(), arms)])
-    rows.append(["moment (kN m)"] + [upward(q @ centre * step + force * at, 1e-3) for q, (force, at) in zip(loads.values(), arms)])
+    stars = [STAR * results.is_at_least((f"force_{name}_n", f"moment_{name}_n_m")) for name in loads]
+    rows.append(["force (kN)"] + [upward(q.sum() * step + force, 1e-3) + star for q, (force, _), star in zip(loads.values(), arms, stars)])
+    rows.append(["moment (kN m)"] + [upward(q @ centre * step + force * at, 1e-3) + star for q, (force, at), star in zip(loads.values(), arms, stars)])
     return {"head": ["z (m), load in kN/m"] + [LINE_LOADS[name] for name in loads], "rows": rows}
 
 
@@ -63,7 +66,7 @@ def reaction_table(ensemble, results):
     units = {q.key: q.unit for q in quantities_of(ensemble.plan)}
 
     def cells(*keys):
-        return [with_unit(upward(results.ranges[k].high, 1e-3), units[k]) if k in results.ranges else UNKNOWN for k in keys]
+        return [with_unit(upward(results.ranges[k].high, 1e-3), units[k]) + STAR * results.ranges[k].at_least if k in results.ranges else UNKNOWN for k in keys]
 
     def vertical(select):
         parts = [loads.vertical[where] for loads in results.finest if (where := select(loads)).any()]
@@ -107,7 +110,7 @@ def guideline_load_table(results, plan):
         rows.append([row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), short(mean.high / row.force), row.source])
     drag = results.ranges["drag_coefficient"]
     rows.append([f"computed{', without the arm' if of_mast else ''}, steady mean, upper value (c_D over w H: {comparison.span(drag.lowest, drag.highest)}, upper {number(drag.high, '.2g')})",
-                 upward(results.ranges["pressure_height_mean_m"].high), upward(mean.high, 1e-3), upward(moment.high, 1e-3), "1" if math.isfinite(mean.high) else UNKNOWN, "this page"])
+                 *(upward(r.high, scale) + STAR * r.at_least for r, scale in ((results.ranges["pressure_height_mean_m"], 1.0), (mean, 1e-3), (moment, 1e-3))), "1" if math.isfinite(mean.high) else UNKNOWN, "this page"])
     return {"head": ["load", "reaches to (m)", "force (kN)", "moment (kN m)", "computed / this", "source"], "rows": rows}
 
 

@@ -56,8 +56,14 @@ STEADY_FORCES = ("force_mean_n", "force_steady_peak_n", "force_with_vibration_st
 IMPACT_FORCES = ("force_first_impact_n", "force_with_vibration_n")
 STEADY_MOMENTS = ("moment_mean_n_m", "moment_steady_peak_n_m", "moment_with_vibration_steady_n_m")
 IMPACT_MOMENTS = ("moment_first_impact_n_m", "moment_with_vibration_n_m")
+FORCES, MOMENTS = STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS
 STATIC_FORCES = ("force_mean_n", "force_steady_peak_n", "force_first_impact_n")
 STATIC_MOMENTS = ("moment_mean_n_m", "moment_steady_peak_n_m", "moment_first_impact_n_m")
+
+
+def arm_keys(name):
+    """@param name  arm_force or arm_lift"""
+    return f"{name}_mean_n", f"{name}_steady_peak_n", f"{name}_first_impact_n"
 
 
 LINE_LOADS = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact": "first impact",
@@ -106,6 +112,11 @@ class Entry(NamedTuple):
     def upper(self):
         return self.value + self.spread
 
+    @property
+    def at_least(self):
+        """Whether fewer than two grids have the value, so that its uncertainty may be greater."""
+        return math.isfinite(self.value) and not math.isfinite(self.gci)
+
 
 class Range(NamedTuple):
     """A quantity over all snows."""
@@ -115,6 +126,7 @@ class Range(NamedTuple):
     middle: float  # of the middle snow
     highest: float  # greatest value
     high: float  # greatest of value plus uncertainty: to design with
+    at_least: bool = False  # of a snow fewer than two grids have the value
 
 
 def entry_of(sizes, values):
@@ -170,7 +182,7 @@ class Results:
             return Range(*[math.nan] * 5)
         least = min(e.value - e.spread for e in known)
         return Range(max(least, 0.0) if min(e.value for e in known) >= 0.0 else least, min(e.value for e in known), entries[middle].value,
-                     max(e.value for e in known), max(e.upper for e in known))
+                     max(e.value for e in known), max(e.upper for e in known), any(e.at_least for e in known))
 
     def upper(self, keys):
         """(key, its upper value): the greatest of these that is known; (None, NaN) without any."""
@@ -178,23 +190,27 @@ class Results:
         best = max(keys, key=lambda k: self.ranges[k].high, default=None)
         return best, self.ranges[best].high if best else math.nan
 
+    def is_at_least(self, keys):
+        """Whether the greatest of these may be greater: of one of them fewer than two grids have a value."""
+        return any(self.ranges[key].at_least for key in keys if key in self.ranges)
+
     def design_force(self, steady_only=False):
         """upper() of steady mean, whose uncertainty can be the greatest, steady peak and first impact, with and without the vibration. @param
         steady_only  without the first impact"""
-        return self.upper(STEADY_FORCES + (() if steady_only else IMPACT_FORCES))
+        return self.upper(STEADY_FORCES if steady_only else FORCES)
 
     def design_moment(self, steady_only=False):
         """The same of the overturning moment."""
-        return self.upper(STEADY_MOMENTS + (() if steady_only else IMPACT_MOMENTS))
+        return self.upper(STEADY_MOMENTS if steady_only else MOMENTS)
 
     def arm_force(self, steady_only=False, name="arm_force"):
         """The same of the force on the arm downstream, or upwards ('arm_lift')."""
-        return self.upper((f"{name}_mean_n", f"{name}_steady_peak_n") + (() if steady_only else (f"{name}_first_impact_n",)))
+        return self.upper(arm_keys(name)[: 2 if steady_only else 3])
 
     def snow_upper(self, snow, part="upper"):
         """(force, moment): the greatest upper values of the headline, of one snow; NaN where there is none. @param part  of Entry"""
         return tuple(max((getattr(e, part) for e in self._known(snow, keys).values()), default=math.nan)
-                     for keys in (STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS))
+                     for keys in (FORCES, MOMENTS))
 
     def _known(self, snow, keys):
         """{key: Entry} of these that a snow has."""
@@ -222,7 +238,7 @@ class Results:
             return force * (height * (e.upper - lifted) + lifted)
 
         return tuple(max((upper(*item) for item in self._known(snow, keys).items()), default=math.nan)
-                     for keys in (STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS))
+                     for keys in (FORCES, MOMENTS))
 
     def governing(self, key):
         """Number of the snow whose value plus uncertainty is greatest."""
