@@ -208,7 +208,7 @@ class Results:
         return self.upper(arm_keys(name)[: 2 if steady_only else 3])
 
     def snow_upper(self, snow, part="upper"):
-        """(force, moment): the greatest upper values of the headline, of one snow; NaN where there is none. @param part  of Entry"""
+        """(force, moment): the greatest upper values of the headline, of one snow; NaN where there is none. @param part  of Entry: or value"""
         return tuple(max((getattr(e, part) for e in self._known(snow, keys).values()), default=math.nan)
                      for keys in (FORCES, MOMENTS))
 

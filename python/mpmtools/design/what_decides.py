@@ -27,8 +27,8 @@ def sensitivity_rows(ensemble, results):
     shares = [np.nan_to_num(entry.grid) / entry.value for entry in entries]
     rows.append(("grid, in the headline at its upper end", *((-min(2.0 * share / (1.0 + share), 1.0), 0.0) for share in shares)))
     if len(plan["snows"]) > 1:
-        upper = [results.snow_upper(number) for number in range(len(plan["snows"]))]
-        rows.append(("snow: from the least to the greatest", *((min(values) / whole - 1.0, 0.0) for values, whole in zip(zip(*upper), (force, moment)))))
+        values = [results.snow_upper(number, "value") for number in range(len(plan["snows"]))]
+        rows.append(("snow: from the least to the greatest value", *((min(of) / max(of) - 1.0, 0.0) for of in zip(*values))))
     steady = [results.design_force(steady_only=True)[1] / force - 1.0, results.design_moment(steady_only=True)[1] / moment - 1.0]
     if all(map(math.isfinite, steady)) and min(steady) < 0.0:
         rows.append(("front: without first impact", *((min(value, 0.0), 0.0) for value in steady)))
