@@ -647,6 +647,22 @@ class Scaling(DesignFolder):
         self.assertEqual((len(table["rows"]), table["note"]), (3, ""))
         self.assertEqual([row[-1] for row in table["rows"][:2]], ["none", "none"])
 
+    def test_marks_scenarios_like_the_headlines(self):
+        self.plan["scenarios"] = [{"name": "300", "depth_m": 2.2, "velocity_m_s": 10.0, "density_kg_m3": 300.0}]
+        self.write("design_plan.json", json.dumps(self.plan))
+        for error, steady in ((0.3, True), (2.5, True), (0.3, False)):
+            for run in self.runs:
+                path = self.folder / "runs" / run["name"] / "results.json"
+                known = {**json.loads(path.read_text()), "runup_numerical_uncertainty_m": error}
+                path.write_text(json.dumps(known if steady else {key: None if "mean" in key or "steady" in key else value for key, value in known.items()}))
+            ensemble = Ensemble(self.folder)
+            results = Results(ensemble)
+            determined = not headlines.design_rows(ensemble, results)[-1][1].startswith("not determined")
+            self.assertEqual(determined, (error, steady) == (0.3, True))
+            for row in what_decides.scenario_table(ensemble, results)["rows"]:
+                self.assertEqual((row[8] == "not determined", row[5].endswith(", not steady"), row[6].endswith(", not steady")), (not determined, not steady, not steady))
+            self.assertEqual(data_files.design_json(ensemble, results)["scenarios"][0]["runup_is_determined"], determined)
+
     def test_has_no_error_and_no_loads_beyond_the_flows_of_the_fit(self):
         for before, after, error in ((3.0, 7.0, 0.22), (0.1, 7.0, 0.33), (7.0, 0.1, 0.33), (3.0, 7.1, math.nan), (0.09, 3.0, math.nan), (9.0, 9.0, 0.0), (9.0, 8.0, math.nan)):
             np.testing.assert_equal(scaling.scaling_error(before, after), error)

@@ -8,7 +8,7 @@ import pandas as pd
 from mpmtools import __version__
 from mpmtools.design import comparison, figures
 from mpmtools.design.cautions import advice_rows
-from mpmtools.design.headlines import pressure_heights
+from mpmtools.design.headlines import is_run_up_determined, pressure_heights
 from mpmtools.design.results import quantities_of
 from mpmtools.design.what_decides import scenario_rows, sensitivity_rows
 from mpmtools.files import plain, write_text
@@ -34,7 +34,7 @@ def design_json(ensemble, results):
         **arm, "pressure_heights": [{"value_m": h, "source": source} for h, source in pressure_heights(ensemble, results)],
         "quantities": quantities, "guideline_loads": [row._asdict() for row in comparison.guideline_loads(plan)],
         "scenarios": [{"name": name, **other._asdict(), "force_n": force, "moment_n_m": moment, "scaling_error": error,
-                       "pressure_height_m": heights[0], "runup_m": heights[1]}
+                       "pressure_height_m": heights[0], "runup_m": heights[1], "runup_is_determined": is_run_up_determined(ensemble, results)}
                       for name, other, force, moment, error, heights in scenario_rows(ensemble, results)],
         "sensitivity": [{"what": what, "force": force_change, "moment": moment_change}
                         for what, force_change, moment_change in sensitivity_rows(ensemble, results)],

@@ -53,11 +53,22 @@ def pressure_heights(ensemble, results):
             (ensemble.base + 3.0 * ensemble.plan["flow"]["depth_m"], "3 H above the bed, conservative for all snows (Sect. 5)")]
 
 
+def governing_run_up(results):
+    """(quantity of the greater of steady run-up and first splash, its Entry)"""
+    key = "runup_p99_mean_m" if results.ranges["runup_p99_mean_m"].high > results.ranges["runup_peak_m"].high else "runup_peak_m"
+    return key, results.table[results.governing(key)][key]
+
+
+def is_run_up_determined(ensemble, results):
+    """Whether the page states it."""
+    _, entry = governing_run_up(results)
+    return not still_growing(ensemble, results, "run-up")[0] and math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value
+
+
 def run_up_row(ensemble, results):
     """(value, why) of the greater of the steady run-up and the first splash."""
     splash, steady = results.ranges["runup_peak_m"], results.ranges["runup_p99_mean_m"]
-    key = "runup_peak_m" if not steady.high > splash.high else "runup_p99_mean_m"
-    entry = results.table[results.governing(key)][key]
+    key, entry = governing_run_up(results)
     what = "highest particle of the first splash" if key == "runup_peak_m" else "height of 99 % of the snow before the mast, steady mean"
     mean = f"{short(steady.high)} m (Bernoulli’s bound H + v²/2g)" if steady.high == ensemble.bound else with_unit(upward(steady.high), "m")
     parts = (f"Steady mean: {mean}; "
@@ -65,7 +76,7 @@ def run_up_row(ensemble, results):
     mark, growing = still_growing(ensemble, results, "run-up")
     if growing:
         reason = growing
-    elif math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value:
+    elif is_run_up_determined(ensemble, results):
         keys = ("runup_peak_m", "runup_p99_mean_m")
         return f"{at_least(results, keys)}{upward(results.ranges[key].high)} m", (f"{ONE_GRID}; " if results.is_at_least(keys) else "") + f"upper value of: {what}. {parts}"
     else:
