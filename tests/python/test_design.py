@@ -1191,6 +1191,16 @@ class Pages(DesignFolder):
             self.assertEqual("mean force at least" in cautions.accuracy(results), marked)
             self.assertEqual(data_files.design_json(ensemble, results)["quantities"]["force_mean_n"]["range"]["at_least"], marked)
 
+    def test_ask_for_one_duration_the_longest(self):
+        for advised, asked in ((14.0, "16.0"), (20.0, "20.0")):
+            texts = [f"the flow travels 6 m in plan.duration_s = 3 s: take plan.duration_s = {advised:g} s", "take plan.duration_s = 1 s or more; means get better"]
+            self.write("design_plan.json", json.dumps({**self.plan, "advice": [{"rule": "flow_passage", "text": text, "snows": ["soft", "firm"]} for text in texts]}))
+            self.without_means("firm_w11")
+            ensemble = Ensemble(self.folder)
+            results = Results(ensemble)
+            said = [text for text, _ in cautions.advice_rows(ensemble, results)] + [why for *_, why in headlines.design_rows(ensemble, results)]
+            self.assertEqual(set(re.findall("(?:take plan.|give \\[plan\\] )duration_s = ([0-9]+[.][0-9]+)", " ".join(said))), {asked})
+
     def test_cover_every_row_of_a_run_by_their_peaks(self):
         for begin in (3.0, 6.0):
             for run in self.runs:

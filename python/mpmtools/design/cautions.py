@@ -3,7 +3,7 @@
 import math
 
 from mpmtools.design import comparison
-from mpmtools.design.headlines import NOT_DETERMINED, finer_grid, longer
+from mpmtools.design.headlines import NOT_DETERMINED, TAKE, durations, finer_grid, longer
 from mpmtools.design.results import is_oblique
 from mpmtools.design.rounding import short, upward
 from mpmtools.design.what_decides import not_scaled, scenario_rows
@@ -27,7 +27,9 @@ def accuracy(results):
 def advice_rows(ensemble, results):
     """What to know before the values are used: the advice of the program about the runs, and what the runs show. [(text, snows)]"""
     plan = ensemble.plan
-    rows = [(advice["text"], "" if len(advice["snows"]) == len(plan["snows"]) else ", ".join(advice["snows"]).replace("_", " "))
+    wanted = [2.0 * plan["duration_s"]] if any(loads.growth or loads.is_late or not loads.is_steady for loads in results.finest) else []
+    longest = short(max(durations(plan) + wanted, default=0.0))
+    rows = [(TAKE.sub(longest, advice["text"]), "" if len(advice["snows"]) == len(plan["snows"]) else ", ".join(advice["snows"]).replace("_", " "))
             for advice in plan.get("advice", [])]  # an older program wrote none
     if "arm" not in plan:
         rows.append(("The loads are those of the mast alone. What protrudes from it (cross-arm, ladder, cable) is pressed up to the height of the run-up: see 'Elements that "

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import re
 
 import numpy as np
 
@@ -23,9 +24,17 @@ def finer_grid(plan):
     return f"plan a finer grid: [plan] finest_cells = {finer}, about {(finer / cells) ** 4:.0f} times the work"
 
 
+TAKE = re.compile(r"(?<=take plan\.duration_s = )[0-9.e+]+")  # of the program's advice
+
+
+def durations(plan):
+    """Those that the advice of the program names, s."""
+    return [float(number) for advice in plan.get("advice", []) for number in TAKE.findall(advice["text"])]
+
+
 def longer(plan):
-    """What to do where a run was too short."""
-    return f"give [plan] duration_s = {short(2.0 * plan['duration_s'])}"
+    """What to do where a run was too short: at least twice as long, and as the program advises."""
+    return f"give [plan] duration_s = {short(max(2.0 * plan['duration_s'], *durations(plan), 0.0))}"
 
 
 ONE_GRID = "Fewer than two grids have a steady value, so that the uncertainty of the grid may be greater"
