@@ -290,6 +290,14 @@ class ResultsOfADesign(DesignFolder):
         self.assertIn("known", entry.note)
         self.assertNotIn("known", entry.method)
 
+    def test_have_the_height_at_which_the_line_load_acts(self):
+        results = Results(Ensemble(self.folder))
+        low, high, loads, _ = results.line_loads(self.plan)
+        centroid = loads["mean"] @ (0.5 * (low + high)) / loads["mean"].sum()
+        self.assertAlmostEqual(results.table[1]["resultant_height_m"].value, 1.55)  # moment over force
+        upper = results.ranges["moment_mean_n_m"].high / results.ranges["force_mean_n"].high
+        self.assertAlmostEqual(centroid / upper, 1.0, delta=0.01)
+
     def test_range_from_the_least_minus_to_the_greatest_plus_its_uncertainty(self):
         results = Results(Ensemble(self.folder))
         soft, firm = (row["force_mean_n"] for row in results.table)

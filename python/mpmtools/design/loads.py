@@ -190,7 +190,7 @@ class Loads:
             **heights, "force_mean_n": force, "moment_mean_n_m": moment, **arm,
             "runup_peak_m": self._peak(self.highest, np.ones_like(self.time, bool), heights["runup_mean_m"]),
             **{f"{name}_{which}{unit}": self._peak(values, where, known) for name, unit, values, known in peaks for which, where in self.during.items()},
-            "resultant_height_m": Value(self.base + (self.run.number("force_resultant_height_m") or math.nan)),
+            "resultant_height_m": Value(moment.value / force.value if force.value > 0.0 else math.nan),
             "drag_coefficient": Value(*(part / head for part in drag)),
         }
 

@@ -31,7 +31,7 @@ QUANTITIES = [
     Quantity("moment_mean_n_m", "overturning moment, steady mean", "kN m", 1e-3),
     Quantity("moment_steady_peak_n_m", "overturning moment, steady peak (0.1 s)", "kN m", 1e-3),
     Quantity("moment_first_impact_n_m", "overturning moment, first impact, until steady (0.1 s)", "kN m", 1e-3),
-    Quantity("resultant_height_m", "height of the resultant of the mean force", "m", 1.0),
+    Quantity("resultant_height_m", "height at which the mean force gives the mean overturning moment", "m", 1.0),
     Quantity("drag_coefficient", "drag coefficient, mean force over ½ρv²wH", "", 1.0),
 ]
 
