@@ -20,10 +20,11 @@ import scipy.linalg
 import scipy.optimize
 import scipy.signal
 
+from mpmtools import equations
 from mpmtools.checksums import checksum
 from mpmtools.design import cautions, comparison, data_files, figures, headlines, page, page_tables, rounding, scaling, what_decides
 from mpmtools.design.ensemble import Ensemble
-from mpmtools.design.factors import FILE, factor_at, load_factors
+from mpmtools.design.factors import CONDITIONS, FILE, factor_at, load_factors
 from mpmtools.design.loads import Effect, Loads, moving_mean
 from mpmtools.design.oscillator import equivalent_static_force, shock_response_spectrum
 from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results, quantities_of
@@ -752,6 +753,24 @@ class Factors(DesignFolder):
         (_, table, legend), = page_tables.factor_tables(ensemble, self.arms(ensemble.plan["flow"]["froude_number"]))
         self.assertEqual(table["rows"][0][1], rounding.upward((0.5 + 0.1) * 1e-3 * 0.5 * 300.0 * 9.81**2), "the soft snow")
         self.assertIn("snow firm is outside the table", legend)
+
+    def test_of_fronts_stand_beside_those_of_the_page(self):
+        ensemble, froude = Ensemble(self.folder), self.plan["flow"]["froude_number"]
+        table = pd.DataFrame([{"kind": "front", "name": "front_90_slip_1", "quantity": quantity, "froude_number": froude, "effective_friction": m, "factor": 1.5, "uncertainty": 0.0}
+                              for quantity in ("peak_force", "lever_arm", "moment_over_plug", "runup_over_plug") for m in (0.4, 1.2)])
+        (_, table, legend), = page_tables.factor_tables(ensemble, table, Results(ensemble))
+        self.assertEqual(table["rows"], [["90°, slip 1", "1.5", "1.5", "1.5", "1.5"], ["this page: 90°, slip 1", "2", "0.775", "1", "1"]])  # twice the mean for 0.6 s; 1.55 m over 2 m
+        self.assertIn("The runs have ξ = 5 and w = H = 1.75 m, w across the flow", legend)
+
+    def test_come_from_runs_under_the_conditions_that_the_page_names(self):
+        for name in ("shapes", "fronts", "arms"):
+            rows = pd.read_csv(SOURCE / "validation" / "study" / "rows" / f"{name}.csv", comment="#")
+            turned = rows["obstacle.rotation_deg"].fillna(0.0) if "obstacle.rotation_deg" in rows else pd.Series(0.0, rows.index)
+            shapes = rows["obstacle.shape"].fillna("box") if "obstacle.shape" in rows else pd.Series("box", rows.index)
+            for row, shape, angle in zip(rows.to_dict("records"), shapes, turned):
+                width, _ = equations.across_flow(shape, row["obstacle_width_m"], row["obstacle_width_m"], angle)
+                self.assertAlmostEqual(width, CONDITIONS["obstacle_width_m"], delta=1e-6)
+                self.assertEqual((row["hardening_xi"], row["flow_height_m"]), (CONDITIONS["hardening_xi"], CONDITIONS["flow_height_m"]))
 
     def test_that_are_kept_say_where_they_come_from(self):
         self.assertRegex(FILE.read_text().splitlines()[0], r"^# made by ./run study --write from validation/study/rows/\w+\.csv \(commits [0-9a-f]+")

@@ -14,6 +14,7 @@ import pandas as pd
 from mpmtools.errors import InputError
 
 FILE = pathlib.Path(__file__).with_name("load_factors.csv")
+CONDITIONS = {"hardening_xi": 5.0, "obstacle_width_m": 1.75, "flow_height_m": 1.75}  # of all runs, the width across the flow; a test reads their rows
 ROUNDING = 1e-6  # relative, of a Froude number that was turned into a speed and back
 
 

@@ -86,7 +86,7 @@ def make_page(folder):
             oblique=is_oblique(plan), middle_width=middle.run.obstacle_width, base=ensemble.base, axis=middle.axis, slope=math.radians(plan["flow"]["slope_deg"]),
             snows=page_tables.snow_table(plan), loads=page_tables.load_table(ensemble, results),
             line_load=page_tables.line_load_table(results, plan), reactions=page_tables.reaction_table(ensemble, results),
-            factors=page_tables.factor_tables(ensemble), fronts=page_tables.front_table(ensemble, results),
+            factors=page_tables.factor_tables(ensemble, results=results), fronts=page_tables.front_table(ensemble, results),
             cover=cover_text(ensemble),
             higher_modes=[m["frequency_hz"] for m in all_modes(plan)[len(plan["modes"]):]],
             guideline=comparison.guideline_rows(plan), guideline_loads=page_tables.guideline_load_table(results, plan),

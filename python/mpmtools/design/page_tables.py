@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from mpmtools.design import comparison
-from mpmtools.design.factors import load_factors, outside, over_snows
-from mpmtools.design.results import LATERAL, LINE_LOADS, is_oblique, quantities_of
+from mpmtools.design.factors import CONDITIONS, load_factors, outside, over_snows
+from mpmtools.design.results import LATERAL, LINE_LOADS, STATIC_FORCES, is_oblique, quantities_of
 from mpmtools.design.rounding import UNKNOWN, number, outward, percent, short, upward, value_and_error, with_unit
 
 
@@ -175,9 +175,18 @@ def factor_name(kind, name, ensemble):
     return f"{parts[1]}°, slip {parts[3]}" if kind == "front" else ", ".join(parts) + "°" * (len(parts) > 1)
 
 
-def factor_tables(ensemble, factors=None):
+def own_front(ensemble, results):
+    """The row of this page beside the factors of fronts: its values, lowest to highest over the snows, without their uncertainty."""
+    rows = [row for row in results.table if row["force_mean_n"].value > 0.0]
+    peaks = [max(row[key].value for key in STATIC_FORCES) / row["force_mean_n"].value for row in rows]
+    arms = [(row["resultant_height_m"].value - ensemble.base) / ensemble.plan["flow"]["depth_m"] for row in rows]
+    cells = [comparison.span(min(of), max(of), 3) if rows else UNKNOWN for of in (peaks, arms)]
+    return ["this page: 90°, slip 1", *cells, *["1"] * (len(FACTORS["front"][1]) - len(cells))]
+
+
+def factor_tables(ensemble, factors=None, results=None):
     """[(heading, table, legend)] of the study's factors in the flow of the site, those of arms as pressures, unless the mast has an arm of its own; without
-    rows where the flow is outside the table. @param factors  for tests; else the kept ones"""
+    rows where the flow is outside the table. @param factors  for tests; else the kept ones @param results  whose own values stand beside those of fronts"""
     plan, factors = ensemble.plan, load_factors() if factors is None else factors
     head, found = 0.5 * plan["flow"]["density_kg_m3"] * plan["flow"]["velocity_m_s"] ** 2, []
 
@@ -196,7 +205,10 @@ def factor_tables(ensemble, factors=None):
         rows = {name: [over_snows(of, kind, name, quantity, plan).values() for quantity in quantities] for name in of["name"].unique()}
         known = any(map(all, rows.values()))
         missing = outside(factors, kind, plan)
-        note = f"{legend}." + (f" Attention: {missing}." if missing else "") if known else f"T{missing[1:]}."
+        runs = f"The runs have ξ = {CONDITIONS['hardening_xi']:g} and w = H = {CONDITIONS['flow_height_m']:g} m, w across the flow; other snow and other masts differ"
+        note = f"{legend}. {runs}." + (f" Attention: {missing}." if missing else "") if known else f"T{missing[1:]}."
         found.append((heading, {"head": ["height of the underside" if kind == "arm" else kind, *(labels[quantity] for quantity in quantities)],
                                 "rows": [[factor_name(kind, name, ensemble), *(cell(kind, v) for v in values)] for name, values in rows.items()] if known else []}, note))
+        if kind == "front" and known and results is not None:
+            found[-1][1]["rows"].append(own_front(ensemble, results))
     return found
