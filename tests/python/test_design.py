@@ -28,7 +28,7 @@ from mpmtools.design.factors import CONDITIONS, FILE, factor_at, load_factors
 from mpmtools.design.loads import Effect, Loads, moving_mean
 from mpmtools.design.oscillator import equivalent_static_force, shock_response_spectrum
 from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results, quantities_of
-from mpmtools.design.uncertainty import combined, grid_estimate, observed_order
+from mpmtools.design.uncertainty import batches_of, combined, grid_estimate, observed_order, statistical
 from mpmtools.design.vibration import cantilever_modes
 from mpmtools.errors import InputError
 from mpmtools.run import Run
@@ -86,9 +86,19 @@ class GridUncertainties(unittest.TestCase):
         self.assertTrue(math.isnan(grid_estimate([0.4, 0.2], [1.0, math.nan]).uncertainty))
 
     def test_add_to_the_statistical_error_as_root_of_the_sum_of_squares(self):
-        self.assertAlmostEqual(combined(3.0, 2.0), 5.0)
+        self.assertAlmostEqual(combined(3.0, 4.0), 5.0)
         self.assertAlmostEqual(combined(3.0, math.nan), 3.0)
         self.assertTrue(math.isnan(combined(math.nan, math.nan)))
+
+    def test_take_students_t_of_the_batches(self):
+        for effective, batches, t in ((457.0, 20, 2.093), (100.0, 20, 2.093), (99.0, 10, 2.262), (4.0, 5, 2.776), (math.nan, 5, 2.776)):  # tables of t, 97.5 %
+            self.assertEqual(batches_of(effective), batches)
+            self.assertAlmostEqual(statistical(10.0, effective), 10.0 * t, delta=0.005)
+        rng, inside = np.random.default_rng(3), []
+        for _ in range(4000):  # means of 5 batches about 0
+            batches = rng.normal(size=5)
+            inside.append(abs(batches.mean()) <= statistical(batches.std(ddof=1) / math.sqrt(5), 5.0))
+        self.assertAlmostEqual(np.mean(inside), 0.95, delta=0.01)
 
 
 class Oscillators(unittest.TestCase):
@@ -283,7 +293,7 @@ class ResultsOfADesign(DesignFolder):
         self.assertAlmostEqual(entry.value, 1.1e5)
         self.assertAlmostEqual(entry.gci, 1.25 * 1e4, delta=1.0)  # first order: the limit is 1e5
         self.assertEqual(entry.grid, entry.gci)  # larger than the known 2 %
-        self.assertAlmostEqual(entry.total, math.hypot(12500, 1000), delta=1.0)
+        self.assertAlmostEqual(entry.total, math.hypot(12500, 2.776 * 500), delta=1.0)  # effective samples not stated: Student's t of 5 batches
 
     def test_take_the_known_uncertainty_where_the_grids_agree(self):
         entry = Results(Ensemble(self.folder)).table[0]["pressure_height_mean_m"]

@@ -26,7 +26,7 @@ def design_json(ensemble, results):
             "range": results.ranges[q.key]._asdict(),
             "snows": {plan["snows"][i]["name"]: {
                 "value": e.value, "by_grid": e.by_grid, "grid_uncertainty": e.grid, "gci": e.gci, "order": e.order,
-                "known_uncertainty": e.known, "standard_error": e.standard_error, "uncertainty": e.total, "note": e.note}
+                "known_uncertainty": e.known, "standard_error": e.standard_error, "statistical_uncertainty": e.statistical, "uncertainty": e.total, "note": e.note}
                       for i, e in enumerate(row[q.key] for row in results.table)}}
     return plain({
         "format_version": 1, "mpmtools": __version__, "plan": plan,
@@ -50,7 +50,7 @@ def write_tables(ensemble, results, spectrum):
     @return their names"""
     folder, plan = ensemble.folder, ensemble.plan
     rows = [{"quantity": q.key, "snow": plan["snows"][i]["name"], "value": e.value, "grid_uncertainty": e.grid, "gci": e.gci,
-             "known_uncertainty": e.known, "standard_error": e.standard_error, "uncertainty": e.total}
+             "known_uncertainty": e.known, "standard_error": e.standard_error, "statistical_uncertainty": e.statistical, "uncertainty": e.total}
             for q in quantities_of(plan) for i, e in enumerate(row[q.key] for row in results.table)]
     tables = {"design.csv": pd.DataFrame(rows), "pressure_over_height.csv": pd.DataFrame(results.profile_table(ensemble))}
     low, high, lines, arm = results.line_loads(plan)

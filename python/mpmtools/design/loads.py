@@ -3,6 +3,7 @@
 import copy
 import math
 import os
+import re
 from functools import cached_property
 from typing import NamedTuple
 
@@ -10,11 +11,12 @@ import numpy as np
 import scipy.stats
 
 from mpmtools.design.oscillator import equivalent_static_force
+from mpmtools.design.uncertainty import BATCHES, statistical
 from mpmtools.design.vibration import modes_of
 from mpmtools.errors import InputError
 from mpmtools.frame import open_hdf5
 
-PARTS = 5  # of the time over which growth is looked for; the least number of batches of the program's standard errors
+PARTS = min(BATCHES)  # of the time over which growth is looked for
 GROWTH = 0.05  # rise over the mean: the tolerance within which the program calls a series steady
 CHANCE = 0.05  # probability of a rise that is none
 WINDOW = 0.1  # s, of the moving mean behind peaks, the default of [measurement] force_window_s
@@ -26,6 +28,7 @@ class Value(NamedTuple):
     value: float  # NaN: the run has none
     standard_error: float = math.nan  # of a mean in time; NaN for peaks
     known: float = math.nan  # numerical uncertainty that the program states for the resolution, in the unit of the value
+    statistical: float = math.nan  # half width of 95 % of a mean in time, from the standard error; NaN for peaks
 
 
 def total(*values):
@@ -143,10 +146,12 @@ class Loads:
         """Rows over which a peak is taken, by the name of the peak; together all: the first impact lasts until the flow is steady."""
         return {"steady_peak": self.steady, "first_impact": self.impact}
 
-    def _mean(self, *names, component=0):
+    def _mean(self, mean, error, known="", component=0):
         """The Value whose parts have these names in results.json; of vectors one component."""
-        parts = [part[component] if isinstance(part, list) else part for part in map(self.run.results.get, names)]
-        return Value(*(math.nan if part is None else float(part) for part in parts))
+        effective = re.sub("_standard_error.*", "_effective_samples", error).removeprefix("overturning_")
+        parts = [part[component] if isinstance(part, list) else part for part in map(self.run.results.get, (mean, error, known, effective))]
+        mean, error, known, effective = (math.nan if part is None else float(part) for part in parts)
+        return Value(mean, error, known, statistical(error, effective))
 
     def _means_of_arm(self, force, moment):
         """Values of its force, lift and moment. A run states no numerical uncertainty of them: those of the mast are taken, relatively."""
@@ -170,7 +175,7 @@ class Loads:
         parts = ("mean", "standard_error", "numerical_uncertainty")
         heights = {f"{name}_mean_m": self._mean(*(f"{name}_{part}_m" for part in parts)) for name in ("runup_p99", "runup", "pressure_height")}
         force = self._mean("force_mean_n", "force_standard_error_n", "force_x_numerical_uncertainty_n")
-        moment = self._mean(*(f"overturning_moment_{part}_n_m" for part in parts))
+        moment = self._mean(*(f"overturning_moment_{part}_n_m" for part in parts), component=1)
         if self.base:
             moment = Value(*(about_bed + self.base * part for about_bed, part in zip(moment, force)))
             heights = {name: height._replace(value=self.base + height.value) for name, height in heights.items()}

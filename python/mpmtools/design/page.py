@@ -18,6 +18,7 @@ from mpmtools.design.headlines import design_rows
 from mpmtools.design.loads import all_modes
 from mpmtools.design.results import Results, is_oblique
 from mpmtools.design.rounding import short, upward, with_unit
+from mpmtools.design.uncertainty import BATCHES, LENGTH, statistical
 from mpmtools.errors import InputError
 from mpmtools.figures.style import STYLE, inline, use_style
 from mpmtools.files import write_text
@@ -93,7 +94,7 @@ def make_page(folder):
             sources={"head": ["shape and regime", "c_D", "source", "what was read of it"], "rows": comparison.drag_sources(plan)},
             comparison=page_tables.comparison_table(ensemble, results), remarks=comparison.equation_remarks(plan),
             tornado=figures.tornado(sensitivity), sensitivity=what_decides.sensitivity_table(sensitivity),
-            ensemble_text=what_decides.ensemble_text(ensemble, results, sensitivity), scaling_errors=scaling.ERRORS, given_shapes=any(mode["shape_at_load"] is not None for mode in plan["modes"]), scaling_froude=scaling.FROUDE,
+            ensemble_text=what_decides.ensemble_text(ensemble, results, sensitivity), students=[statistical(1.0, LENGTH * number) for number in (max(BATCHES), min(BATCHES))], scaling_errors=scaling.ERRORS, given_shapes=any(mode["shape_at_load"] is not None for mode in plan["modes"]), scaling_froude=scaling.FROUDE,
             scaling_grown=scaling.GROWN, scaling_friction=(*scaling.FITTED, scaling.CONTINUED * scaling.FITTED[1]),
             scenarios=what_decides.scenario_table(ensemble, results), known_is_of=comparison.known_uncertainty_remark(plan),
             pictures=pictures, middle=ensemble.label(ensemble.middle), threads=middle.run.number("threads"), files=files,

@@ -99,9 +99,10 @@ class Entry(NamedTuple):
     known: float  # that the program states for the finest resolution
     grid: float  # the larger of the two
     standard_error: float
-    total: float  # half width of about 95 %: grid and two standard errors, root of the sum of squares
+    total: float  # half width of about 95 %: grid and statistical part, root of the sum of squares
     method: str  # how the grid convergence index was found
     note: str  # the same, and whether the known uncertainty is larger
+    statistical: float  # half width of 95 % of a mean, by Student's t of its batches times the standard error; NaN of a peak
 
     @property
     def spread(self):
@@ -138,8 +139,9 @@ def entry_of(sizes, values):
     note = estimate.note
     if parts and grid == finest.known:
         note += "; what is known at this resolution is larger and is taken"
-    total = combined(grid, finest.standard_error) if math.isfinite(finest.value) else math.nan
-    return Entry(numbers, finest.value, estimate.uncertainty, estimate.order, finest.known, grid, finest.standard_error, total, estimate.note, note)
+    total = combined(grid, finest.statistical) if math.isfinite(finest.value) else math.nan
+    return Entry(numbers, finest.value, estimate.uncertainty, estimate.order, finest.known, grid, finest.standard_error, total, estimate.note, note,
+                 finest.statistical)
 
 
 def fitted_line(z, profile, edges, force, moment, base=0.0):

@@ -9,6 +9,7 @@ growing differences, slower than CREDIBLE) three times the range of the values (
 import math
 from typing import NamedTuple
 
+import scipy.stats
 from scipy.optimize import brentq
 
 CREDIBLE = (0.5, 2.0)  # orders, as in validation/cases/avalanche_convergence: 1 at walls, 2 in the interior
@@ -64,10 +65,24 @@ def grid_estimate(sizes, values):
     return GridEstimate(max(factor * spread, two_finest), order, math.nan, f"three grids, {text}: {method}")
 
 
-def combined(grid, standard_error):
-    """Half width of an interval of about 95 %: grid uncertainty and two standard errors, root of the sum of squares; they are independent.
+BATCHES = (20, 10, 5)  # into which the program cuts a series for the standard error of its mean
+LENGTH = 5.0  # least length of a batch, in independent samples, unless there are only 5
+
+
+def batches_of(effective_samples):
+    """How many batches the program took, by its rule; 5 where it does not say how many independent samples there are."""
+    return next((number for number in BATCHES if effective_samples >= LENGTH * number), BATCHES[-1])
+
+
+def statistical(standard_error, effective_samples):
+    """Half width of a mean's interval of 95 %: standard errors of the mean by Student's t of the batches."""
+    return float(scipy.stats.t.ppf(0.975, batches_of(effective_samples) - 1)) * standard_error
+
+
+def combined(grid, half_width):
+    """Half width of an interval of about 95 %: grid uncertainty and statistical(), root of the sum of squares; they are independent.
 
     An unknown part is left out: the label of the number has to say so.
     """
-    parts = [part for part in (grid, 2.0 * standard_error if standard_error is not None else math.nan) if math.isfinite(part)]
+    parts = [part for part in (grid, half_width) if math.isfinite(part)]
     return math.sqrt(sum(part**2 for part in parts)) if parts else math.nan
