@@ -27,7 +27,7 @@ from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.factors import CONDITIONS, FILE, factor_at, load_factors
 from mpmtools.design.loads import Effect, Loads, moving_mean
 from mpmtools.design.oscillator import equivalent_static_force, shock_response_spectrum
-from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results, quantities_of
+from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results
 from mpmtools.design.uncertainty import batches_of, combined, grid_estimate, observed_order, statistical
 from mpmtools.design.vibration import cantilever_modes
 from mpmtools.errors import InputError
@@ -398,7 +398,7 @@ class ResultsOfADesign(DesignFolder):
         results = Results(ensemble)
         key, moment = results.design_moment()
         results.ranges[key] = results.ranges[key]._replace(high=580100.0)  # 580 to the nearest, 581 rounded up
-        at = [q.key for q in quantities_of(self.plan)].index(key)
+        at = [q.key for q in results.shown(self.plan)].index(key)
         self.assertTrue(page_tables.load_table(ensemble, results)["rows"][at][-1].endswith(" to 581"))
         self.assertEqual(headlines.design_rows(ensemble, results)[1][1], "581 kN m")
         self.assertEqual(page_tables.line_load_table(results, self.plan)["rows"][-1][-1], "581")
@@ -873,7 +873,7 @@ class Arms(DesignFolder):
     def test_have_no_load_without_a_steady_interval_but_that_of_the_impact(self):
         for key in ("force_mean_n", "moment_mean_n_m", "force_steady_peak_n", "moment_steady_peak_n_m"):
             self.results.ranges[key] = self.results.ranges[key]._replace(high=math.nan)
-        self.assertEqual(list(self.results.line_loads(self.plan)[3]), ["first_impact", "with_vibration"])
+        self.assertEqual(list(self.results.line_loads(self.plan)[3]), ["first_impact", "later_peak", "with_vibration"])
 
     def test_shake_the_mast_where_they_are(self):
         loads, mast = self.results.finest[0], self.plan["mast"]
@@ -1100,7 +1100,7 @@ class Pages(DesignFolder):
         self.assertTrue(any(line.startswith("force downstream") for line in lines))
         design = json.loads((self.folder / "design.json").read_text())
         self.assertEqual(design["quantities"]["force_mean_n"]["snows"]["soft"]["by_grid"][0], 140000.0)
-        self.assertEqual(len(pd.read_csv(self.folder / "design.csv")), 2 * 18)
+        self.assertEqual(len(pd.read_csv(self.folder / "design.csv")), 2 * 20)
         for printed in ("A. Name", "design_plan.json", "mpm 0 (abc)", "counter(page)"):
             self.assertIn(printed, text)
         self.assertEqual(len(pd.read_csv(self.folder / "loads_over_time.csv")), 2 * 800)
@@ -1202,7 +1202,12 @@ class Pages(DesignFolder):
         series.assign(force_x_n=series.force_x_n + 1e6 * (series.time_s > 7.5)).to_csv(path, index=False)  # long after the splash
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        self.assertGreater(results.table[1]["force_first_impact_n"].value, 1e6)
+        self.assertLess(results.table[1]["force_first_impact_n"].value, 1e6)
+        self.assertGreater(results.ranges["force_later_peak_n"].high, 1e6)
+        self.assertEqual(results.peaks[-1], "later_peak")
+        self.assertGreaterEqual(results.design_force()[1], results.ranges["force_later_peak_n"].high)
+        self.assertIn("later_peak", results.line_loads(ensemble.plan)[2])
+        self.assertIn("What comes before the flow is steady included", headlines.design_rows(ensemble, results)[0][2])
         force, moment, _, run_up = headlines.design_rows(ensemble, results)
         for row in (force, moment):
             self.assertRegex(row[1], ", not steady$")
@@ -1239,6 +1244,7 @@ class Pages(DesignFolder):
             self.assertEqual(set(re.findall("(?:take plan.|give \\[plan\\] )duration_s = ([0-9]+[.][0-9]+)", " ".join(said))), {asked})
 
     def test_cover_every_row_of_a_run_by_their_peaks(self):
+        self.assertEqual(Results(Ensemble(self.folder)).peaks, ("steady_peak", "first_impact"), "steady at once")
         for begin in (3.0, 6.0):
             for run in self.runs:
                 path = self.folder / "runs" / run["name"] / "results.json"

@@ -83,6 +83,8 @@ def pressure_over_height(ensemble, all_loads):
     finest = [loads.profiles for loads in all_loads]
     z = finest[0]["z_m"]
     shown = (("first_impact", "first impact", COLOURS[1]), ("steady_peak", "steady, highest 0.1 s", COLOURS[2]), ("mean", "steady, mean", COLOURS[0]))
+    if not all(loads.is_steady for loads in all_loads):
+        shown += (("later_peak", "after the first impact, not steady", COLOURS[3]),)
     for key, label, shade in shown:
         curves = 1e-3 * np.array([p[key] for p in finest])
         if not np.isfinite(curves).any():
@@ -109,7 +111,7 @@ def line_load(results, plan):
     axes = new_axes(6.6, 4.2)
     if arm:
         axes.axhspan(plan["arm"]["base_m"], plan["arm"]["height_m"], color="0.9", zorder=0, label="arm, whose load comes in addition")
-    for name, shade in (("mean", COLOURS[0]), ("steady_peak", COLOURS[2]), ("first_impact", COLOURS[1]), ("with_vibration", "0.2")):
+    for name, shade in (("mean", COLOURS[0]), ("steady_peak", COLOURS[2]), ("first_impact", COLOURS[1]), ("later_peak", COLOURS[3]), ("with_vibration", "0.2")):
         if name in loads:
             axes.stairs(1e-3 * loads[name], np.append(low, high[-1]), orientation="horizontal", color=shade, linewidth=1.6, baseline=None,
                         linestyle="--" if name == "with_vibration" else "-", label=LINE_LOADS[name])

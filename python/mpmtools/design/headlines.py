@@ -143,7 +143,7 @@ def design_rows(ensemble, results):
             why += why_amplified(plan, value(static, without), number)
         steady, steady_number = choose(steady_only=True)
         if steady is not None and chosen != steady and steady_number < number:
-            why += f" First impact of a vertical front (upper bound) included; while the flow is steady: {value(steady, steady_number)}."
+            why += f" What comes before the flow is steady included, such as the first impact of a vertical front (upper bound); while the flow is steady: {value(steady, steady_number)}."
         if name == "arm's force":
             why += arm_remark(ensemble, results, chosen)
         mark, growing = still_growing(ensemble, results, name)

@@ -104,7 +104,7 @@ class Loads:
         begin, end = run.number("steady_from_s"), run.number("steady_to_s")
         self.steady = (self.time >= begin) & (self.time <= end) if begin is not None and end is not None else np.zeros(len(self.time), bool)
         self.splash_back = 2.0 * run.velocity / run.gravity
-        self.impact = ~self.steady | (self.time <= self.splash_back)
+        self.impact = self.time <= self.splash_back
 
     def _effect(self, part):
         """@param part  of the names of the columns of series.csv: nothing, or arm_"""
@@ -143,8 +143,8 @@ class Loads:
 
     @property
     def during(self):
-        """Rows over which a peak is taken, by the name of the peak; together all: the first impact lasts until the flow is steady."""
-        return {"steady_peak": self.steady, "first_impact": self.impact}
+        """Rows over which a peak is taken, by the name of the peak; the first impact and what is later together cover the run."""
+        return {"steady_peak": self.steady, "first_impact": self.impact, "later_peak": ~self.impact}
 
     def _mean(self, mean, error, known="", component=0):
         """The Value whose parts have these names in results.json; of vectors one component."""
@@ -301,7 +301,7 @@ class Loads:
 
     def at(self, which, values, greatest=None):
         """Values with a row for each time: their steady mean, or the moving mean over 0.1 s when the force is greatest ('steady_peak',
-        'first_impact'). @param greatest  another series than that of the force"""
+        'first_impact', 'later_peak'). @param greatest  another series than that of the force"""
         where = self.steady if which == "mean" else self.during[which]
         if not where.any():
             return np.full(values.shape[1:], math.nan)
@@ -311,7 +311,7 @@ class Loads:
 
     @cached_property
     def profiles(self):
-        """z (m) and pressures in Pa: force per height of the impulses over the width: 'mean', 'steady_peak' and 'first_impact' (largest of
+        """z (m) and pressures in Pa: force per height of the impulses over the width: 'mean', and of during() (largest of
         the moving mean at each height, not at one time); 'stress': the paper's profile of stress before the mast, its steady mean."""
         z, _, line = self.line_load
         pressure, (_, stress) = line / self.run.obstacle_width, self._profiles("pressure_pa")

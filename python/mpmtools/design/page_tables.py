@@ -6,7 +6,7 @@ import numpy as np
 
 from mpmtools.design import comparison
 from mpmtools.design.factors import CONDITIONS, load_factors, outside, over_snows
-from mpmtools.design.results import LATERAL, LINE_LOADS, STATIC_FORCES, is_oblique, quantities_of
+from mpmtools.design.results import LATER, LATERAL, LINE_LOADS, STATIC_FORCES, is_oblique, quantities_of
 from mpmtools.design.rounding import UNKNOWN, number, outward, percent, short, upward, value_and_error, with_unit
 
 
@@ -17,7 +17,7 @@ def load_table(ensemble, results):
     plan = ensemble.plan
     head = ["quantity"] + [ensemble.label(i) for i in range(len(plan["snows"]))] + ["range with uncertainty"]
     rows = []
-    for q in quantities_of(plan):
+    for q in results.shown(plan):
         cells = [q.label + (f" ({q.unit})" if q.unit else "")]
         for row in results.table:
             e = row[q.key]
@@ -74,9 +74,11 @@ def reaction_table(ensemble, results):
 
     rows = []
     cases = [("steady mean", "mean", "", lambda l: l.steady), ("steady peak (0.1 s)", "steady_peak", "steady_peak", lambda l: l.steady),
-             ("first impact, until steady (0.1 s)", "first_impact", "first_impact", lambda l: l.impact)]
+             ("first impact (0.1 s)", "first_impact", "first_impact", lambda l: l.impact)]
+    if "later_peak" in results.peaks:
+        cases.append((f"{LATER} (0.1 s)", "later_peak", "later_peak", lambda l: ~l.impact))
     if ensemble.plan["modes"]:
-        cases += [("with vibration, first impact included", "with_vibration", "", lambda l: l.impact | l.steady),
+        cases += [("with vibration, first impact included", "with_vibration", "", lambda l: l.time > 0.0),
                   ("with vibration, while steady", "with_vibration_steady", "", lambda l: l.steady)]
     for name, which, lateral, select in cases:
         row = [name, *cells(f"force_{which}_n", f"moment_{which}_n_m"), vertical(select)]
@@ -141,7 +143,7 @@ def grid_table(ensemble, results):
     plan = ensemble.plan
     head = ["quantity and snow"] + [f"{g['cells']} cells, {g['cell_size_m']:.3g} m" for g in plan["grids"]] + ["order", "GCI", "known", "taken", "note"]
     rows, notes = [], []
-    for q in quantities_of(plan):
+    for q in results.shown(plan):
         for snow, row in enumerate(results.table):
             e = row[q.key]
             if not math.isfinite(e.value) or e.value == 0.0:
@@ -178,7 +180,7 @@ def factor_name(kind, name, ensemble):
 def own_front(ensemble, results):
     """The row of this page beside the factors of fronts: its values, lowest to highest over the snows, without their uncertainty."""
     rows = [row for row in results.table if row["force_mean_n"].value > 0.0]
-    peaks = [max(row[key].value for key in STATIC_FORCES) / row["force_mean_n"].value for row in rows]
+    peaks = [np.nanmax([row[key].value for key in STATIC_FORCES]) / row["force_mean_n"].value for row in rows]
     arms = [(row["resultant_height_m"].value - ensemble.base) / ensemble.plan["flow"]["depth_m"] for row in rows]
     cells = [comparison.span(min(of), max(of), 3) if rows else UNKNOWN for of in (peaks, arms)]
     return ["this page: 90°, slip 1", *cells, *["1"] * (len(FACTORS["front"][1]) - len(cells))]

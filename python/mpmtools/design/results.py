@@ -20,6 +20,9 @@ class Quantity(NamedTuple):
     scale: float  # shown value over the stored one
 
 
+LATER = "peak after the first impact, steady or not"
+
+
 QUANTITIES = [
     Quantity("runup_p99_mean_m", "run-up above ground (99 % of the mass is below it), steady mean", "m", 1.0),
     Quantity("runup_mean_m", "highest particle, steady mean", "m", 1.0),
@@ -27,10 +30,12 @@ QUANTITIES = [
     Quantity("pressure_height_mean_m", "pressure height above ground, steady mean", "m", 1.0),
     Quantity("force_mean_n", "force downstream, steady mean", "kN", 1e-3),
     Quantity("force_steady_peak_n", "force, steady peak (0.1 s)", "kN", 1e-3),
-    Quantity("force_first_impact_n", "force, first impact, until steady (0.1 s)", "kN", 1e-3),
+    Quantity("force_first_impact_n", "force, first impact (0.1 s)", "kN", 1e-3),
+    Quantity("force_later_peak_n", f"force, {LATER} (0.1 s)", "kN", 1e-3),
     Quantity("moment_mean_n_m", "overturning moment, steady mean", "kN m", 1e-3),
     Quantity("moment_steady_peak_n_m", "overturning moment, steady peak (0.1 s)", "kN m", 1e-3),
-    Quantity("moment_first_impact_n_m", "overturning moment, first impact, until steady (0.1 s)", "kN m", 1e-3),
+    Quantity("moment_first_impact_n_m", "overturning moment, first impact (0.1 s)", "kN m", 1e-3),
+    Quantity("moment_later_peak_n_m", f"overturning moment, {LATER} (0.1 s)", "kN m", 1e-3),
     Quantity("resultant_height_m", "height at which the mean force gives the mean overturning moment", "m", 1.0),
     Quantity("drag_coefficient", "drag coefficient, mean force over ½ρv²wH", "", 1.0),
 ]
@@ -48,32 +53,33 @@ def is_oblique(plan):
 ARM = [Quantity("mast_force_mean_n", "force downstream on the mast without its arm, steady mean", "kN", 1e-3),
        Quantity("mast_moment_mean_n_m", "overturning moment of the mast without its arm, steady mean", "kN m", 1e-3),
        *(Quantity(f"arm_{name}_{which}_n", f"arm: force {axis}, {text}", "kN", 1e-3) for name, axis in (("force", "downstream"), ("lift", "upwards"))
-         for which, text in (("mean", "steady mean"), ("steady_peak", "steady peak (0.1 s)"), ("first_impact", "first impact, until steady (0.1 s)"))),
+         for which, text in (("mean", "steady mean"), ("steady_peak", "steady peak (0.1 s)"), ("first_impact", "first impact (0.1 s)"),
+                                                                                 ("later_peak", f"{LATER} (0.1 s)"))),
        Quantity("arm_height_m", "arm: height at which its mean force gives its moment", "m", 1.0)]
 
 
 STEADY_FORCES = ("force_mean_n", "force_steady_peak_n", "force_with_vibration_steady_n")
-IMPACT_FORCES = ("force_first_impact_n", "force_with_vibration_n")
+IMPACT_FORCES = ("force_first_impact_n", "force_later_peak_n", "force_with_vibration_n")
 STEADY_MOMENTS = ("moment_mean_n_m", "moment_steady_peak_n_m", "moment_with_vibration_steady_n_m")
-IMPACT_MOMENTS = ("moment_first_impact_n_m", "moment_with_vibration_n_m")
+IMPACT_MOMENTS = ("moment_first_impact_n_m", "moment_later_peak_n_m", "moment_with_vibration_n_m")
 FORCES, MOMENTS = STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS
-STATIC_FORCES = ("force_mean_n", "force_steady_peak_n", "force_first_impact_n")
-STATIC_MOMENTS = ("moment_mean_n_m", "moment_steady_peak_n_m", "moment_first_impact_n_m")
+STATIC_FORCES = ("force_mean_n", "force_steady_peak_n", "force_first_impact_n", "force_later_peak_n")
+STATIC_MOMENTS = ("moment_mean_n_m", "moment_steady_peak_n_m", "moment_first_impact_n_m", "moment_later_peak_n_m")
 
 
 def arm_keys(name):
     """@param name  arm_force or arm_lift"""
-    return f"{name}_mean_n", f"{name}_steady_peak_n", f"{name}_first_impact_n"
+    return f"{name}_mean_n", f"{name}_steady_peak_n", f"{name}_first_impact_n", f"{name}_later_peak_n"
 
 
 LINE_LOADS = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact": "first impact",
-              "with_vibration": "design load, with the mast's masses"}
+              "later_peak": "later peak", "with_vibration": "design load, with the mast's masses"}
 
 
 def quantities_of(plan):
     """All quantities: the fixed ones, those of an arm and of an oblique flow, and where there are modes, what they add."""
     lateral = [Quantity(f"{name}_{which}", f"{label}, {text} (0.1 s)", unit, 1e-3)
-               for name, label, unit in LATERAL for which, text in (("steady_peak", "steady peak"), ("first_impact", "first impact, until steady"))]
+               for name, label, unit in LATERAL for which, text in (("steady_peak", "steady peak"), ("first_impact", "first impact"), ("later_peak", LATER))]
     fixed = QUANTITIES + (ARM if "arm" in plan else []) + (lateral if is_oblique(plan) else [])
     if not plan["modes"]:
         return fixed
@@ -177,6 +183,16 @@ class Results:
             runup = self.ranges[key]
             self.ranges[key] = runup._replace(high=max(min(runup.high, ensemble.bound), runup.highest))
 
+    @property
+    def peaks(self):
+        """Names of the peaks that the page shows: a later one only where it is above the steady one."""
+        later = any(range_.high > 0.0 and not range_.high <= self.ranges[key.replace("later_peak", "steady_peak")].high for key, range_ in self.ranges.items() if "later_peak" in key)
+        return ("steady_peak", "first_impact", *["later_peak"] * later)
+
+    def shown(self, plan):
+        """The quantities of the page's tables."""
+        return [q for q in quantities_of(plan) if "later_peak" not in q.key or "later_peak" in self.peaks]
+
     def _range(self, key, middle):
         entries = [row[key] for row in self.table]
         known = [e for e in entries if math.isfinite(e.value)]
@@ -207,7 +223,7 @@ class Results:
 
     def arm_force(self, steady_only=False, name="arm_force"):
         """The same of the force on the arm downstream, or upwards ('arm_lift')."""
-        return self.upper(arm_keys(name)[: 2 if steady_only else 3])
+        return self.upper(arm_keys(name)[: 2 if steady_only else None])
 
     def snow_upper(self, snow, part="upper"):
         """(force, moment): the greatest upper values of the headline, of one snow; NaN where there is none. @param part  of Entry: or value"""
@@ -249,7 +265,7 @@ class Results:
     def arm_loads(self):
         """{name of a line load: (force, N; height, m)} of the arm: its part of the upper value of the moment when that is reached."""
         found = {}
-        for name in ("mean", "steady_peak", "first_impact"):
+        for name in ("mean", *self.peaks):
             moment = self.ranges[f"moment_{name}_n_m"].high
             if self.finest[0].has_arm and math.isfinite(moment):
                 of = self.finest[self.governing(f"moment_{name}_n_m")]
@@ -261,7 +277,7 @@ class Results:
         """(lower edges of z, upper edges, {name: N/m}, {name: arm_loads()}): loads on the mast that have with those on its arm the upper values
         of the page as integral and moment about the ground.
 
-        'mean', 'steady_peak', 'first_impact': the profile of the snow that gives the greatest force, at that time, stretched over height
+        'mean' and the peaks: the profile of the snow that gives the greatest force, at that time, stretched over height
         and scaled to both. 'with_vibration': the static load that overturns most, and the force of the mast's masses in the first mode.
         """
         height, base = plan["mast"]["height_m"], self.finest[0].base
@@ -269,7 +285,7 @@ class Results:
         top = max(z[-1] + 0.5 * step, height or 0.0) * 1.25
         edges = step * np.arange(math.ceil(top / step - 1e-9) + 1)
         loads, arm, centre = {}, self.arm_loads(), 0.5 * (edges[1:] + edges[:-1])
-        for name in ("mean", "steady_peak", "first_impact"):
+        for name in ("mean", *self.peaks):
             force, moment = self.ranges[f"force_{name}_n"].high, self.ranges[f"moment_{name}_n_m"].high
             if math.isfinite(force) and math.isfinite(moment):
                 of, (on_arm, at) = self.finest[self.governing(f"force_{name}_n")], arm.get(name, (0.0, 0.0))
@@ -303,7 +319,7 @@ class Results:
         """Columns of pressure_over_height.csv: z_m, and low, middle and high of the snows for each envelope, Pa."""
         finest = [loads.profiles for loads in self.finest]
         columns = {"z_m": finest[0]["z_m"]}
-        for key in ("mean", "steady_peak", "first_impact", "stress"):
+        for key in ("mean", "steady_peak", "first_impact", "later_peak", "stress"):
             curves = np.array([p[key] for p in finest])
             columns[f"{key}_lowest_pa"], columns[f"{key}_middle_pa"], columns[f"{key}_highest_pa"] = (
                 curves.min(axis=0), curves[ensemble.middle], curves.max(axis=0))

@@ -33,7 +33,7 @@ def sensitivity_rows(ensemble, results):
         rows.append(("snow: from the least to the greatest value", *((min(of) / max(of) - 1.0, 0.0) for of in zip(*values))))
     steady = [results.design_force(steady_only=True)[1] / force - 1.0, results.design_moment(steady_only=True)[1] / moment - 1.0]
     if all(map(math.isfinite, steady)) and min(steady) < 0.0:
-        rows.append(("front: without first impact", *((min(value, 0.0), 0.0) for value in steady)))
+        rows.append(("front: only while the flow is steady", *((min(value, 0.0), 0.0) for value in steady)))
     return sorted(rows, key=lambda row: row[2][0] - row[2][1])
 
 
