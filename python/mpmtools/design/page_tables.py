@@ -213,4 +213,5 @@ def factor_tables(ensemble, factors=None, results=None):
                                 "rows": [[factor_name(kind, name, ensemble), *(cell(kind, v) for v in values)] for name, values in rows.items()] if known else []}, note))
         if kind == "front" and known and results is not None:
             found[-1][1]["rows"].append(own_front(ensemble, results))
+            found[-1] = (*found[-1][:2], found[-1][2] + " The row of this page has values, without their uncertainty.")
     return found

@@ -225,10 +225,10 @@ class Results:
         """The same of the force on the arm downstream, or upwards ('arm_lift')."""
         return self.upper(arm_keys(name)[: 2 if steady_only else None])
 
-    def snow_upper(self, snow, part="upper"):
+    def snow_upper(self, snow, part="upper", steady_only=False):
         """(force, moment): the greatest upper values of the headline, of one snow; NaN where there is none. @param part  of Entry: or value"""
         return tuple(max((getattr(e, part) for e in self._known(snow, keys).values()), default=math.nan)
-                     for keys in (FORCES, MOMENTS))
+                     for keys in ((STEADY_FORCES, STEADY_MOMENTS) if steady_only else (FORCES, MOMENTS)))
 
     def _known(self, snow, keys):
         """{key: Entry} of these that a snow has."""

@@ -28,10 +28,10 @@ def sensitivity_rows(ensemble, results):
     entries = [results.table[results.governing(key)][key] for key in chosen]
     shares = [np.nan_to_num(entry.grid) / entry.value for entry in entries]
     rows.append(("grid, in the headline at its upper end", *((-min(2.0 * share / (1.0 + share), 1.0), 0.0) for share in shares)))
+    values, steady = ([results.snow_upper(number, "value", steady_only) for number in range(len(plan["snows"]))] for steady_only in (False, True))
     if len(plan["snows"]) > 1:
-        values = [results.snow_upper(number, "value") for number in range(len(plan["snows"]))]
         rows.append(("snow: from the least to the greatest value", *((min(of) / max(of) - 1.0, 0.0) for of in zip(*values))))
-    steady = [results.design_force(steady_only=True)[1] / force - 1.0, results.design_moment(steady_only=True)[1] / moment - 1.0]
+    steady = [max(of) / max(whole) - 1.0 for of, whole in zip(zip(*steady), zip(*values))]
     if all(map(math.isfinite, steady)) and min(steady) < 0.0:
         rows.append(("front: only while the flow is steady", *((min(value, 0.0), 0.0) for value in steady)))
     return sorted(rows, key=lambda row: row[2][0] - row[2][1])
