@@ -635,6 +635,9 @@ class Scaling(DesignFolder):
             self.assertGreater(moment, 1.05 * 2.0 * 1.3 * results.snow_upper(1)[1])
             same = results.scaled_upper(plan, 1, 2.0, 1.0, 1.0)
             np.testing.assert_allclose(same, 2.0 * np.array(results.snow_upper(1)))
+        nothing = {key: entry._replace(value=0.0) for key, entry in results.table[1].items()}
+        results.table[1] = nothing
+        self.assertTrue(np.isfinite(results.scaled_upper(plan, 1, 2.0, 1.3, 1.0)).all(), "no snow at the mast")
 
     def test_is_proportional_to_the_weight_in_slow_and_to_the_head_in_fast_flow(self):
         slow, fast = scaling.Avalanche(2.0, 0.1, 300.0), scaling.Avalanche(2.0, 200.0, 300.0)

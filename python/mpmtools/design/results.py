@@ -249,7 +249,7 @@ class Results:
 
         def upper(name, e):
             if name in peaks:
-                return peaks[name].value * e.upper / e.value
+                return peaks[name].value * (e.upper / e.value if e.value else 1.0)
             if name in STATIC_FORCES:
                 return force * e.upper
             lifted = base * self.table[snow][name.replace("moment", "force").replace("_n_m", "_n")].upper
