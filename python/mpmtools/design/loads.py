@@ -48,19 +48,19 @@ class Effect(NamedTuple):
 
 
 def moving_mean(values, rows):
-    """Mean over an odd number of neighbours along the first axis. Before the first row nothing touches the mast: zeros count there. At the
-    end over those that are there."""
+    """Mean over a number of neighbours along the first axis, of an even number one more after than before. Before the first row nothing touches
+    the mast: zeros count there. At the end over those that are there."""
     values = np.asarray(values, float)
-    half = rows // 2
+    before, after = (rows - 1) // 2, rows // 2
     padded = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
     at = np.arange(len(values))
-    low, high = np.maximum(at - half, 0), np.minimum(at + half + 1, len(values))
-    return (padded[high] - padded[low]) / (high - at + half).reshape(-1, *[1] * (values.ndim - 1))
+    low, high = np.maximum(at - before, 0), np.minimum(at + after + 1, len(values))
+    return (padded[high] - padded[low]) / (high - at + before).reshape(-1, *[1] * (values.ndim - 1))
 
 
 def rows_of(interval):
-    """Rows of the moving mean."""
-    return 2 * int(0.5 * WINDOW / interval + 1e-9) + 1
+    """Rows of the moving mean, as the program counts them."""
+    return max(1, int(WINDOW / interval + 1e-9))
 
 
 HIGHEST_FREQUENCY = 20.0  # Hz, of the modes: rows of 10 ms resolve no more
