@@ -92,8 +92,12 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
 }
 
 double stable_time_step(const AnyMaterial& material, double cfl, double cell_size, double max_speed) {
-  const double dt = cfl * cell_size / (wave_speed_of(material) + max_speed), viscosity = viscosity_of(material);
-  return viscosity > 0.0 ? std::min(dt, cfl * density_of(material) * cell_size * cell_size / (2.0 * viscosity)) : dt;
+  double dt = cfl * cell_size / (wave_speed_of(material) + max_speed);
+  if (const double speed = bulk_speed_of(material); speed > 0.0)
+    dt = std::min(dt, 0.92 * cell_size / (std::numbers::sqrt3 * speed));
+  if (const double viscosity = viscosity_of(material); viscosity > 0.0)
+    dt = std::min(dt, cfl * density_of(material) * cell_size * cell_size / (2.0 * viscosity));
+  return dt;
 }
 
 double stable_time_step(const State& state, const Scene& scene) {

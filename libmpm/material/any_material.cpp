@@ -94,6 +94,9 @@ bool keeps_compaction(const AnyMaterial& material) {
 double wave_speed_of(const AnyMaterial& material) {
   return std::visit([](const auto& law) { return law.wave_speed(); }, material);
 }
+double bulk_speed_of(const AnyMaterial& material) {
+  return std::visit([](const auto& law) { return law.bulk_speed(); }, material);
+}
 double initial_internal_of(const AnyMaterial& material) {
   return std::visit([](const auto& law) { return law.initial_internal(); }, material);
 }

@@ -81,6 +81,7 @@ AnyMaterial make_material(const MaterialParameters& parameters, Precision states
 
 double density_of(const AnyMaterial& material);           ///< rho_0, kg/m^3
 double wave_speed_of(const AnyMaterial& material);        ///< of the fastest elastic wave, m/s
+double bulk_speed_of(const AnyMaterial& material);        ///< sqrt(K/rho_0), m/s; 0 for a law that never bears tension
 double initial_internal_of(const AnyMaterial& material);  ///< of a stress-free point
 double viscosity_of(const AnyMaterial& material);         ///< eta, Pa s; 0 for a law without viscous stress
 bool keeps_compaction(const AnyMaterial& material);       ///< whether compacted material stays denser

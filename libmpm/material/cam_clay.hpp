@@ -136,6 +136,7 @@ class CamClay {
   [[nodiscard]] double density() const { return moduli_.density(); }           ///< rho_0, kg/m^3
   [[nodiscard]] double initial_internal() const { return initial_internal_; }  ///< X_0 = asinh(p_c0/K)/xi
   [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }     ///< c_P, m/s
+  [[nodiscard]] double bulk_speed() const { return moduli_.bulk_speed(); }     ///< sqrt(K/rho_0), m/s
   [[nodiscard]] double stored_energy(const MaterialState<double>& state) const {
     return moduli_.stored_energy(state.stress);
   }                                                                     ///< elastic, J/m^3 of reference volume

@@ -115,6 +115,7 @@ concept Material = MaterialParameterSet<typename L::Parameters> && std::construc
   { law.density() } -> std::same_as<double>;           // rho_0, kg/m^3
   { law.initial_internal() } -> std::same_as<double>;  // history variable of the stress-free reference state
   { law.wave_speed() } -> std::same_as<double>;        // c_P = sqrt((K + 4G/3)/rho_0), m/s
+  { law.bulk_speed() } -> std::same_as<double>;        // sqrt(K/rho_0), m/s; 0 for a law that never bears tension
   // elastic energy per reference volume, J/m^3
   { law.stored_energy(MaterialState<double>{}) } -> std::same_as<double>;
 };

@@ -43,6 +43,7 @@ class HenckyModuli {
   [[nodiscard]] double density() const { return density_; }  ///< rho_0, kg/m^3
   /// c_P = sqrt((K + 4G/3) / rho_0), m/s
   [[nodiscard]] double wave_speed() const { return std::sqrt((bulk_ + 4.0 / 3.0 * shear_) / density_); }
+  [[nodiscard]] double bulk_speed() const { return std::sqrt(bulk_ / density_); }  ///< sqrt(K / rho_0), m/s
 
   /// eps of a Kirchhoff stress in Pa.
   template <LaneNumber T>
@@ -108,6 +109,7 @@ class HenckyElastic {
   [[nodiscard]] double density() const { return moduli_.density(); }        ///< rho_0, kg/m^3
   [[nodiscard]] double initial_internal() const { return 0.0; }             ///< unused
   [[nodiscard]] double wave_speed() const { return moduli_.wave_speed(); }  ///< c_P, m/s
+  [[nodiscard]] double bulk_speed() const { return moduli_.bulk_speed(); }  ///< sqrt(K/rho_0), m/s
   /// psi, J/m^3 of reference volume.
   [[nodiscard]] double stored_energy(const MaterialState<double>& state) const { return moduli_.stored_energy(state.stress); }
   [[nodiscard]] const HenckyModuli& moduli() const { return moduli_; }  ///< the elastic part

@@ -86,6 +86,7 @@ class WeaklyCompressibleFluid {
   [[nodiscard]] double viscosity() const { return viscosity_; }  ///< eta, Pa s
   /// sqrt(K/rho_0), m/s. In compression sound is faster, by (rho/rho_0)^((n - 1)/2).
   [[nodiscard]] double wave_speed() const { return std::sqrt(bulk_ / density_); }
+  [[nodiscard]] double bulk_speed() const { return carries_tension_ ? wave_speed() : 0.0; }  ///< 0: a drop that expands flies apart
   /// psi, J/m^3 of reference volume.
   [[nodiscard]] double stored_energy(const MaterialState<double>& state) const;
 

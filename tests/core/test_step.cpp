@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <numbers>
 #include <optional>
 #include <regex>
 
@@ -52,6 +54,52 @@ TEST(StableTimeStep, IsTheSafetyFactorTimesTheCellOverTheFastestSignal) {
   const double wave = std::sqrt(1e6 * 0.9 / (1.1 * 0.8) / 300.0);
   EXPECT_NEAR(wave, 58.4, 0.05);
   EXPECT_NEAR(stable_time_step(state, scene), 0.3 * 0.25 / (wave + 5.0), 1e-15);
+}
+
+/// A particle without neighbours that is compressed by 1e-4: its pressure oscillates.
+class OneParticle : public ::testing::TestWithParam<Transfer> {
+ protected:
+  /// Largest pressure of the last tenth of the steps over that at the start. @param share  of the longest stable step
+  double growth(double share, const Vec3& place, int steps = 400) {
+    Case c = empty_case();
+    c.material = MaterialParameters(HenckyElastic::Parameters{});
+    c.numerics.gravity = 0.0;
+    c.numerics.transfer = GetParam();
+    const CaseScene scene = make_scene(c);
+    State state(c.numerics.cell_size);
+    Particle p{};
+    for (int i = 0; i < 3; ++i) p.position[i] = c.numerics.cell_size * place[i], p.stress[i] = -pressure;
+    p.volume = std::pow(0.5 * c.numerics.cell_size, 3.0);
+    state.grid.insert(p);
+    state.grid.refresh();
+    const double longest = c.numerics.cell_size / (std::numbers::sqrt3 * bulk_speed_of(scene.material));
+    double last = 0.0;
+    for (int n = 0; n < steps; ++n) {
+      step(state, scene, share * longest);
+      if (n < steps - steps / 10) continue;
+      state.grid.for_each_particle(
+          [&](const Particle& q) { last = std::max(last, std::abs(q.stress[0] + q.stress[1] + q.stress[2]) / 3.0); });
+    }
+    return last / pressure;
+  }
+  static constexpr double pressure = 1.0;  // Pa: a strain at which the motion is linear
+};
+INSTANTIATE_TEST_SUITE_P(Transfers, OneParticle, ::testing::Values(Transfer::apic, Transfer::aflip),
+                         [](const auto& test) { return test.param == Transfer::apic ? "Apic" : "Aflip"; });
+
+TEST_P(OneParticle, OscillatesUpToTheLongestStepAndBurstsBeyond) {
+  for (const Vec3& place : {Vec3(0.0, 0.0, 0.0), Vec3(0.5, 0.25, 0.49), Vec3(0.3, 0.7, 0.1)}) {
+    EXPECT_LT(growth(0.92, place), 5.0) << "the share of stable_time_step";
+    EXPECT_LT(growth(0.99, place), 20.0);
+    EXPECT_GT(growth(1.02, place, 60), 1e3);
+  }
+}
+
+TEST(StableTimeStep, IsThatOfAParticleWithoutNeighboursInSlowStiffFlow) {
+  const AnyMaterial snow = make_material(empty_case().material);
+  const double longest = 0.25 / (std::numbers::sqrt3 * bulk_speed_of(snow)), c = wave_speed_of(snow);
+  EXPECT_NEAR(stable_time_step(snow, 1.0, 0.25, 0.0), 0.92 * longest, 1e-15);
+  EXPECT_NEAR(stable_time_step(snow, 1.0, 0.25, 0.5 * c), 0.25 / (1.5 * c), 1e-15);
 }
 
 TEST(StableTimeStep, FollowsTheFastestParticle) {
