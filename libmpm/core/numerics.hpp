@@ -71,7 +71,7 @@ struct Numerics : StepNumerics {
             "(docs/precision.md gives the errors)");
     table.add("cfl", &Numerics::cfl)
         .positive(1.0)
-        .left_out("1 for a flow that a conveyor feeds against an obstacle, with transfer = \"aflip\"; else 0.4")
+        .left_out("1 for a flow of cohesive_cam_clay that a conveyor feeds against an obstacle, with transfer = \"aflip\"; else 0.4")
         .text("Safety factor: dt = cfl dx / (c_P + largest speed)");
     table.add("shock_viscosity", &Numerics::shock_viscosity)
         .range(0.0, 1e3)

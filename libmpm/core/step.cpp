@@ -91,19 +91,25 @@ StepReport step(State& state, const Scene& scene, double dt, StepTimes* times) {
   return report;
 }
 
-double stable_time_step(const AnyMaterial& material, double cfl, double cell_size, double max_speed) {
+double stable_time_step(const AnyMaterial& material, double cfl, double cell_size, double max_speed, bool corrected) {
+  constexpr double safety = 0.92, doubled = 2.0;
   double dt = cfl * cell_size / (wave_speed_of(material) + max_speed);
-  if (const double speed = bulk_speed_of(material); speed > 0.0)
-    dt = std::min(dt, 0.92 * cell_size / (std::numbers::sqrt3 * speed));
-  if (const double viscosity = viscosity_of(material); viscosity > 0.0)
-    dt = std::min(dt, cfl * density_of(material) * cell_size * cell_size / (2.0 * viscosity));
+  if (const double speed = bulk_speed_of(material); speed > 0.0) {
+    const double response = corrected && !keeps_compaction(material) ? doubled : 1.0;
+    dt = std::min(dt, safety * cell_size / (std::sqrt(3.0 * response) * speed));
+  }
+  if (const double viscosity = viscosity_of(material); viscosity > 0.0) {
+    const double diffusion = density_of(material) * cell_size * cell_size / viscosity;
+    dt = std::min({dt, 0.5 * cfl * diffusion, 0.25 * safety * diffusion / (corrected ? doubled : 1.0)});
+  }
   return dt;
 }
 
 double stable_time_step(const State& state, const Scene& scene) {
   const double dx = state.grid.cell_size();
-  const double dt = stable_time_step(scene.material, scene.numerics.cfl, dx, state.max_speed);
-  const double at_rest = stable_time_step(scene.material, scene.numerics.cfl, dx, 0.0);
+  const bool corrected = need_lumped_mass_correction(scene.boundaries);
+  const double dt = stable_time_step(scene.material, scene.numerics.cfl, dx, state.max_speed, corrected);
+  const double at_rest = stable_time_step(scene.material, scene.numerics.cfl, dx, 0.0, corrected);
   if (!(dt >= collapse_ratio * at_rest)) {
     throw UnstableError("the time step collapsed at t = " + number_text(state.time) + " s, step " + std::to_string(state.step) + ": " +
                         number_text(dt, 3) + " s, at rest it is " + number_text(at_rest, 3) + " s, because the fastest particle moves at " +

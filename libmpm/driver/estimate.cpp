@@ -77,7 +77,8 @@ Estimate estimate(const Case& spec) {
   e.cells = e.particles / spec.numerics.particles_per_cell;
   const AnyMaterial material = make_material(spec.material);
   e.wave_speed = wave_speed_of(material);
-  e.time_step = stable_time_step(material, spec.numerics.cfl, spec.numerics.cell_size, largest_speed(spec));
+  e.time_step = stable_time_step(material, spec.numerics.cfl, spec.numerics.cell_size, largest_speed(spec),
+                                 spec.obstacle && spec.numerics.contact == ContactRule::surface);
   const Sampling sampling(spec);
   const auto intervals = static_cast<double>(sampling.last());
   e.steps = intervals * std::ceil(1.0 / (spec.output.series_per_second * e.time_step));  // steps are cut to meet the samples
