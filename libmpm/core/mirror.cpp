@@ -42,8 +42,10 @@ void reflect_velocities(Grid& grid, const MirrorPlanes& mirror, std::span<const 
   const auto nodes_of = [&](std::int32_t b) -> NodeBlock& { return grid.velocities(b); };
   for (int axis = 0; axis < 2; ++axis) {
     if (!mirror.across(axis)) continue;
-    for_each_mirrored_node(grid, blocks, axis, nodes_of,
-                           [](const Node&, const Node& before, Node& behind, Node flip) { behind = flip * before; });
+    for_each_mirrored_node(grid, blocks, axis, nodes_of, [](Node& plane, const Node& before, Node& behind, Node flip) {
+      plane = 0.5 * (plane + flip * plane);  // a boundary that the plane cuts may have given it a velocity across
+      behind = flip * before;
+    });
   }
 }
 

@@ -17,11 +17,21 @@ namespace mpm {
 
 namespace {
 
-/// Shift of the scene against the grid beside mirror planes.
-void check_offset(const Case& c, ParameterReport& report) {
+/// What mirror planes do not bear: a shift of the scene against the grid, and what drives material across them.
+void check_mirror_planes(const Case& c, ParameterReport& report) {
   if (!report.all_valid({"numerics.grid_offset_cells", "conveyor.mirror_y", "domain.mirror"})) return;
   TableReport own(report, "numerics");
   check_grid_offset(c, own);
+  const MirrorPlanes mirror = mirror_planes(c);
+  if (mirror.x && report.valid("numerics.slope_deg") && c.numerics.slope != 0.0)
+    report.problem("numerics.slope_deg", "drives the material across the mirror plane x = 0; leave one of the two out");
+  for (int axis = 0; axis < 2; ++axis) {
+    for (std::size_t w = 0; mirror.across(axis) && w < c.walls.size(); ++w) {
+      const std::string key = fmt::format("wall[{}].velocity_m_s", w);
+      if (report.valid(key) && c.walls[w].velocity[axis] != 0.0)
+        report.problem(key, fmt::format("moves across the mirror plane {} = 0; leave one of the two out", "xy"[axis]));
+    }
+  }
 }
 
 /// The filter's window is an odd number of bins, whose default height is that of the grid, and at least those that its parabola needs.
@@ -264,7 +274,7 @@ void DomainSpec::check(ParameterReport& report) const {
 
 void resolve_case(Case& c, ParameterReport& report) {
   resolve_numerics(c, report);
-  check_offset(c, report);
+  check_mirror_planes(c, report);
   check_measurement(c.measurement, c.numerics.cell_size, report);
   const ObstacleSpec* const obstacle = c.obstacle ? &*c.obstacle : nullptr;
   if (c.obstacle) resolve_obstacle_friction(*c.obstacle, c.material, report);
