@@ -207,7 +207,7 @@ FluxTotals ConveyorSource::release(State& state) const {
 
 std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule, bool floor) {
   const Inflow inflow(conveyor);
-  const Vec3 belt(conveyor.velocity, 0.0, 0.0), outlet(inflow.fastest(), 0.0, 0.0);
+  const Vec3 belt(inflow.velocity(0.0), 0.0, 0.0), outlet(inflow.fastest(), 0.0, 0.0);
   /// A wall that moves with the entering snow, if its speed varies with time or height.
   const auto moving = [&](Wall wall, bool by_height) {
     if (!inflow.steady() || (by_height && inflow.sheared())) {

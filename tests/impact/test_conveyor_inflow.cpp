@@ -158,6 +158,15 @@ TEST(ChangingInflow, EntersWithTheSpeedAndHeightOfTheMoment) {
   }
 }
 
+TEST(ChangingInflow, OfOneRowIsASteadyFlowBetweenWallsOfItsSpeed) {
+  ConveyorSpec belt = *testing::small_avalanche().conveyor;
+  belt.inflow = {{0.0, 2.0 * belt.velocity, belt.flow_height, 1.0}};
+  for (const Boundary& boundary : conveyor_walls(belt, ContactRule::surface, false)) {
+    const Wall& wall = std::get<Wall>(boundary);
+    EXPECT_EQ(wall.surface_velocity(Vec3(0.0, 0.0, 0.1), 0.5).x(), belt.inflow[0].velocity);
+  }
+}
+
 TEST(ShearedInflow, RowsEnterAtTheirOwnSpeeds) {
   const Case c = [] {
     Case s = sheared(0.4, 1.0);
