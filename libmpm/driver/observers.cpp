@@ -120,6 +120,7 @@ std::optional<ImpactGeometry> impact_geometry(const Case& c) {
                                            c.conveyor->mirror_y || c.domain.mirror_y, c.measurement);
   geometry.set_obstacle(*c.obstacle);
   return geometry;
+  geometry.uneven_ground = c.terrain.has_value();
 }
 
 SnowTraits snow_traits(const MaterialParameters& snow) {

@@ -153,9 +153,10 @@ std::optional<double> pressure_height(std::span<const double> pressure, double i
   const auto above = std::ranges::find_if(smooth, [&](double p) { return p >= limit; });
   if (above == smooth.end()) return std::nullopt;
   const auto below = std::find_if(above, smooth.end(), [&](double p) { return p < limit; });
-  if (below == smooth.end()) return geometry.profile_height;
-  const double fall = *(below - 1) - *below;
-  return geometry.bin_centre(static_cast<std::size_t>(below - 1 - smooth.begin())) + geometry.bin_height * (*(below - 1) - limit) / fall;
+  const double highest = std::min(geometry.profile_height, geometry.obstacle.top);
+  if (below == smooth.end()) return highest;
+  const double fall = *(below - 1) - *below, lower = geometry.bin_centre(static_cast<std::size_t>(below - 1 - smooth.begin()));
+  return std::min(highest, lower + geometry.bin_height * (*(below - 1) - limit) / fall);
 }
 
 }  // namespace mpm

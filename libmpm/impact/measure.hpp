@@ -34,22 +34,23 @@ namespace mpm {
 
 /// Windows and filters of the measurements. Lengths in m.
 struct ImpactGeometry {
-  double flow_height;         ///< H
-  double obstacle_width;      ///< w, across the flow
-  double density;             ///< rho_0, kg/m^3
-  bool mirror_y;              ///< only y >= 0 is computed: masses count twice (ratios of sums do not change)
-  double strip_half_width;    ///< strip |y| <= this
-  double box_upstream;        ///< the impact box reaches from x = -box_upstream ...
-  double box_inside;          ///< ... to x = +box_inside: catches particles that penetrate the face slightly
-  double bin_height;          ///< of the pressure profile
-  double profile_height;      ///< of the pressure profile, from z = 0
-  int filter_bins = 13;       ///< window of the Savitzky-Golay filter, odd
-  int filter_order = 2;       ///< its degree
-  double threshold = 0.05;    ///< fraction of the impact pressure at the pressure height
-  double force_window = 0.1;  ///< s: of the moving mean behind the filtered peak of the force
-  double box_area = 0.0;      ///< m^2: of the impact box in plan, upstream of the front
-  double cell_volume;         ///< m^3, of the grid
-  UprightSolid obstacle;      ///< what is measured at: a box with its face at x = 0, unless set_obstacle is called
+  double flow_height;          ///< H
+  double obstacle_width;       ///< w, across the flow
+  double density;              ///< rho_0, kg/m^3
+  bool mirror_y;               ///< only y >= 0 is computed: masses count twice (ratios of sums do not change)
+  double strip_half_width;     ///< strip |y| <= this
+  double box_upstream;         ///< the impact box reaches from x = -box_upstream ...
+  double box_inside;           ///< ... to x = +box_inside: catches particles that penetrate the face slightly
+  double bin_height;           ///< of the pressure profile
+  double profile_height;       ///< of the pressure profile, from z = 0
+  int filter_bins = 13;        ///< window of the Savitzky-Golay filter, odd
+  int filter_order = 2;        ///< its degree
+  double threshold = 0.05;     ///< fraction of the impact pressure at the pressure height
+  double force_window = 0.1;   ///< s: of the moving mean behind the filtered peak of the force
+  double box_area = 0.0;       ///< m^2: of the impact box in plan, upstream of the front
+  double cell_volume;          ///< m^3, of the grid
+  bool uneven_ground = false;  ///< the ground upstream may be higher than the snow at the obstacle
+  UprightSolid obstacle;       ///< what is measured at: a box with its face at x = 0, unless set_obstacle is called
 
   /// Measures before this obstacle: its width, height and front.
   void set_obstacle(const ObstacleSpec& spec);
@@ -75,7 +76,8 @@ struct ImpactGeometry {
 
   /// In the box from the foot of the obstacle to the top of the profile: only these particles' stress and J are measured.
   [[nodiscard]] bool in_profile_box(const Vec3& position) const {
-    if (std::abs(position[1]) > strip_half_width || position[2] < obstacle.base || !(position[2] < profile_height)) return false;
+    if (std::abs(position[1]) > strip_half_width || position[2] < obstacle.base || !(position[2] < std::min(profile_height, obstacle.top)))
+      return false;
     if (position[0] < obstacle.outline.bounds().min().x() - box_upstream) return false;  // most of the flow: saves the distance
     const double before = obstacle.outline.nearest_of_front(position.head<2>()).distance;
     return before <= box_upstream && before >= -box_inside;
@@ -91,7 +93,8 @@ struct ImpactGeometry {
                                             const MeasurementSpec& windows = {});
 
 /// Pressure height h_p (Sect. 3.2), m: where the smoothed profile, going up, first falls below threshold * impact_pressure after it was at
-/// or above it; linear between bin centres. A profile that never falls below gives profile_height, a lower bound. Empty if the impact
+/// or above it; linear between bin centres. A profile that never falls below gives profile_height, a lower
+/// bound; no height is above the top of the obstacle. Empty if the impact
 /// pressure is not positive or the smoothed profile is never at or above the threshold.
 ///
 /// Smoothing biases it, the more the taller the bins: a hydrostatic profile, which passes the threshold at 0.975 H,

@@ -36,8 +36,9 @@ void Runup::add(const Vec3& position, double mass) {
   if (std::abs(position[1]) > geometry_.strip_half_width) return;
   const double x = position[0] - geometry_.front(position[1]), z = position[2];
   if (!(x < 0.0)) return;
-  highest_ = std::max(highest_, z);
-  if (x >= -geometry_.flow_height) near_.emplace_back(z, mass);
+  const bool near = x >= -geometry_.flow_height;
+  if (near || !geometry_.uneven_ground) highest_ = std::max(highest_, z);
+  if (near) near_.emplace_back(z, mass);
 }
 
 RunupHeights Runup::finish() {

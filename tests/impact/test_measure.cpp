@@ -285,6 +285,21 @@ TEST(ImpactMeasurements, OneStrayParticleDoesNotMoveTheRunup) {
   EXPECT_NEAR(with.runup_p99, without.runup_p99, 1e-12) << "all particles of the lattice's top layer are at one height";
 }
 
+TEST(ImpactMeasurements, OnUnevenGroundTheRunupIsThatNearTheObstacle) {
+  auto geometry = paper_geometry(H, w, 0.25, rho0, false);
+  const std::vector<Point> points = {{{-0.1, 0.0, 2.0}, 0.0, 1.0, 1.0}, {{-5.0 * H, 0.0, 9.0}, 0.0, 1.0, 1.0}};
+  EXPECT_EQ(measure(geometry, points).runup, 9.0);
+  geometry.uneven_ground = true;
+  EXPECT_EQ(measure(geometry, points).runup, 2.0) << "not the hill";
+}
+
+TEST(ImpactMeasurements, NothingIsMeasuredAboveTheTopOfALowObstacle) {
+  auto geometry = paper_geometry(H, w, 0.25, rho0, false);
+  geometry.obstacle.top = 0.6;
+  EXPECT_LE(*measure(geometry, lattice(0.25, 3.0, [](double z) { return z < 1.2 ? -1e4 : 0.0; })).pressure_height, 0.6);
+  EXPECT_EQ(pressure_height(std::vector<double>(70, 1.0), 1.0, geometry), 0.6);
+}
+
 TEST(ImpactMeasurements, StartsAnewAfterEachInstant) {
   const auto geometry = paper_geometry(H, w, 0.25, rho0, false);
   PressureProfile profile(geometry);
