@@ -138,35 +138,39 @@ void least_squares(Convergence& c) {
   }
 }
 
-/// Sets `uncertainty` and `basis`. For three grids Eca & Hoekstra (2009); a higher order than the formal one is not trusted.
-void decide_on_uncertainty(Convergence& c, bool credible, double formal_order) {
-  const std::string fit = fmt::format("least squares over {} grids", c.size.size());
-  const bool fitted = c.size.size() >= 4, constant = c.behaviour == Behaviour::constant;
+/// An uncertainty, and how it was found.
+struct Uncertainty {
+  double value;
+  std::string basis;
+};
+
+/// Of the three finest grids, Eca & Hoekstra (2009); a higher order than the formal one is not trusted. @param range  of their values
+Uncertainty of_three_grids(const Convergence& c, bool credible, double range, double formal_order) {
+  const double gci = c.gci * std::abs(c.value.back());
+  if (c.behaviour == Behaviour::constant) return {range, "the values agree to round-off"};
+  if (credible) return {gci, fmt::format("grid convergence index, order {:.2f}, safety factor {}", c.order, c.safety_factor)};
+  const double factor = c.order > formal_order ? 1.25 : 3.0;
+  if (gci > factor * range) return {gci, fmt::format("grid convergence index, safety factor {}", c.safety_factor)};
+  return {factor * range, fmt::format("{} times the range of the three finest grids", factor)};
+}
+
+/// Sets `uncertainty` and `basis`. With four grids or more the least-squares estimate counts, and without an order the smaller one. But
+/// where the values have statistical noise it fits that, too: then the larger one counts.
+void decide_on_uncertainty(Convergence& c, bool credible, double formal_order, double noise) {
   const auto [low, high] = std::minmax_element(c.value.end() - 3, c.value.end());
   const double range = *high - *low, gci = c.gci * std::abs(c.value.back());
-  if (fitted && (constant || credible || std::isfinite(c.order + c.least_squares_order))) {
-    c.uncertainty = c.least_squares_uncertainty;
-    c.basis = fit;
-  } else if (constant) {
-    c.uncertainty = range;
-    c.basis = "the values agree to round-off";
-  } else if (credible) {
-    c.uncertainty = gci;
-    c.basis = fmt::format("grid convergence index, order {:.2f}, safety factor {}", c.order, c.safety_factor);
-  } else {
-    const double factor = c.order > formal_order ? 1.25 : 3.0;
-    c.uncertainty = factor * range;
-    c.basis = fmt::format("{} times the range of the three finest grids", factor);
-    if (fitted && c.least_squares_uncertainty < c.uncertainty) {
-      c.uncertainty = c.least_squares_uncertainty;
-      c.basis = fit;
-    }
-    if (gci > c.uncertainty) {
-      c.uncertainty = gci;
-      c.basis = fmt::format("grid convergence index, safety factor {}", c.safety_factor);
-    }
-    c.basis += "; no order of convergence is observed";
+  const bool constant = c.behaviour == Behaviour::constant;
+  const Uncertainty three = of_three_grids(c, credible, range, formal_order);
+  Uncertainty best = three;
+  if (c.size.size() >= 4) {
+    const Uncertainty fit{c.least_squares_uncertainty, fmt::format("least squares over {} grids", c.size.size())};
+    const bool trusted = constant || credible || std::isfinite(c.order + c.least_squares_order);
+    if (trusted || fit.value < three.value) best = fit;
+    if (!trusted && gci > best.value) best = {gci, fmt::format("grid convergence index, safety factor {}", c.safety_factor)};
+    if (noise > 0.0 && three.value > best.value) best = three;
   }
+  c.uncertainty = best.value;
+  c.basis = best.basis + (constant || credible ? "" : "; no order of convergence is observed");
 }
 
 /// Sets `asymptotic` and `remark`: whether all observed orders agree. Values that agree to round-off have
@@ -280,7 +284,7 @@ Convergence judge_convergence(std::span<const double> size, std::span<const doub
   }
   c.least_squares_order = c.least_squares_limit = c.least_squares_uncertainty = nan;
   if (n >= 4) least_squares(c);
-  decide_on_uncertainty(c, credible, formal_order);
+  decide_on_uncertainty(c, credible, formal_order, noise);
   return c;
 }
 
