@@ -46,7 +46,7 @@ void ArmSpec::check_on(const ObstacleSpec& obstacle, const std::string& carrier,
   };
   check(length <= width, "length_m", length,
         "does not reach beyond the " + carrier + ", " + number_text(width) + " m across the flow; give a longer one");
-  check(front_x(obstacle) < 0.0, "depth_m", depth,
+  check(front_x(obstacle) < -1e-9 * deepest, "depth_m", depth,
         "reaches upstream of the " + carrier + ", where the snow begins; give at most " + number_text(deepest) + " m");
   check(base >= top, "base_m", base, "is not below the top of the " + carrier + ", " + number_text(top) + " m");
 }

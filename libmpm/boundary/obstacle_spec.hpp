@@ -35,7 +35,7 @@ struct ObstacleSpec {
   }
   /// How it meets the flow: what begins above the ground lets snow pass below it, as no obstacle of the grid studies does.
   [[nodiscard]] Front front() const {
-    return base > 0.0 ? Front::other : std::visit([](const auto& s) { return s.front; }, shape);
+    return base > 0.0 ? Front::other : std::visit([](const auto& s) { return s.front(); }, shape);
   }
   /// Its geometry.
   [[nodiscard]] UprightSolid solid() const {

@@ -236,7 +236,8 @@ Finding range_of_equations(const Impact& i) {
   if (friction && *friction > 2.3) outside.push_back(fmt::format("M' = {} (0 to 2.3)", n(*friction)));
   const auto xi = i.c.material.hardening_xi();
   if (xi && (*xi < 0.15 || *xi > 15.0)) outside.push_back(fmt::format("xi = {} (fitted: 0.15 to 15)", n(*xi)));
-  if (!std::holds_alternative<BoxShape>(i.mast.shape)) outside.emplace_back("the shape (fitted: a box)");
+  if (std::visit([](const auto& s) { return s.front(); }, i.mast.shape) != Front::plane)
+    outside.emplace_back("the shape (fitted: a box with a face against the flow)");
   if (i.mast.base > 0.0) outside.emplace_back("an obstacle above the ground (fitted: on it)");
   if (outside.empty() || !friction) return {};
   return Advice{"range_of_equations", fmt::format("the paper's equations were not fitted to {}", fmt::join(outside, ", ")),

@@ -61,6 +61,22 @@ TEST(ObstacleKeys, KeepTheHashOfCasesThatDoNotUseThem) {
   EXPECT_NE(case_hash(with({})), case_hash(with({"measurement.force_window_s=0.2"})));
 }
 
+TEST(ObstacleKeys, ATurnedBoxMeetsTheFlowWithAnEdgeUnlessItIsOnItsSide) {
+  for (const auto& [degrees, front] :
+       {std::pair{0, Front::plane}, {90, Front::plane}, {-90, Front::plane}, {45, Front::edge}, {10, Front::edge}})
+    EXPECT_EQ(with({fmt::format("obstacle.rotation_deg={}", degrees)}).obstacle->front(), front) << degrees;
+  EXPECT_EQ(with({"obstacle.width_m=2", "obstacle.depth_m=1", "obstacle.rotation_deg=90"}).obstacle->width(), 1.0);
+}
+
+TEST(ObstacleKeys, AnArmMayBeAsDeepAsItsMast) {
+  for (const char* depth : {"0.5", "1", "1.2", "2"}) {
+    const auto key = [&](const char* name) { return std::string(name) + "=" + depth; };
+    EXPECT_EQ(message_of({key("obstacle.width_m"), key("obstacle.depth_m"), key("arm.depth_m"), "arm.length_m=4", "arm.base_m=2",
+                          "arm.height_m=3"}),
+              "");
+  }
+}
+
 TEST(ObstacleKeys, FrictionAsAShareOfTheSnowsOwn) {
   // M = 1.2, beta = 0.3: M' = 1.2 x 1.3 / (0.7 sqrt(1.6)) = 1.76184; sin phi' = 3 M' / (M' + 6) = 0.68096, tan phi' = 0.92988
   const Case snow = with({"obstacle.friction_ratio=0.5", "material.critical_state_slope=1.2", "material.cohesion_beta=0.3"});

@@ -20,7 +20,7 @@ template <class S>
 concept ObstacleShape = std::default_initializable<S> && std::equality_comparable<S> && requires(const S shape) {
   { S::name } -> std::convertible_to<std::string_view>;         // value of [obstacle] shape
   { S::description } -> std::convertible_to<std::string_view>;  // some words for the reference of [obstacle] shape
-  { S::front } -> std::convertible_to<Front>;                   // how it meets the flow
+  { shape.front() } -> std::same_as<Front>;                     // how it meets the flow
   { shape.width } -> std::convertible_to<double>;               // w, m: the width that corresponds to the paper's w, as in W(xi) and w/H
   { shape.outline() } -> std::same_as<Outline>;
 };

@@ -15,7 +15,6 @@ namespace mpm {
 struct BoxShape {
   static constexpr std::string_view name = "box";                       ///< value of [obstacle] shape
   static constexpr std::string_view description = "rectangle in plan";  ///< some words for the reference of keys
-  static constexpr Front front = Front::plane;                          ///< how it meets the flow
 
   double width = 1.75;    ///< w, m: across the flow
   double depth = 1.75;    ///< m: along the flow
@@ -36,6 +35,12 @@ struct BoxShape {
 
   /// Width of the side that faces the flow, m: of a box that is turned by more than 45 degrees its depth.
   [[nodiscard]] double facing_width() const { return std::abs(rotation) <= 0.25 * std::numbers::pi + 1e-9 ? width : depth; }
+
+  /// How it meets the flow: with a face, or turned with an edge.
+  [[nodiscard]] Front front() const {
+    const double quarters = rotation / (0.5 * std::numbers::pi);
+    return std::abs(quarters - std::round(quarters)) < 1e-9 ? Front::plane : Front::edge;
+  }
 
   /// A rectangle.
   [[nodiscard]] Outline outline() const {

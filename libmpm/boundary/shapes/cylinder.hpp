@@ -11,10 +11,11 @@ namespace mpm {
 struct CylinderShape {
   static constexpr std::string_view name = "cylinder";                           ///< value of [obstacle] shape
   static constexpr std::string_view description = "vertical, a circle in plan";  ///< some words for the reference of keys
-  static constexpr Front front = Front::round;                                   ///< how it meets the flow
 
   double width = 1.75;  ///< w, m: the diameter
   bool operator==(const CylinderShape&) const = default;
+
+  [[nodiscard]] static Front front() { return Front::round; }  ///< how it meets the flow
 
   /// Its keys (base/parameter.hpp).
   template <class Table>

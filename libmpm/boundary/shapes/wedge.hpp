@@ -12,11 +12,12 @@ struct WedgeShape {
   static constexpr std::string_view name = "wedge";  ///< value of [obstacle] shape
   /// Some words for the reference of keys.
   static constexpr std::string_view description = "isosceles triangle in plan, its edge against the flow";
-  static constexpr Front front = Front::edge;  ///< how it meets the flow
 
   double width = 1.75;  ///< w, m: of the base, across the flow
   double depth = 1.75;  ///< m: from edge to base
   bool operator==(const WedgeShape&) const = default;
+
+  [[nodiscard]] static Front front() { return Front::edge; }  ///< how it meets the flow
 
   /// Its keys (base/parameter.hpp).
   template <class Table>
