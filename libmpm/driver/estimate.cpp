@@ -86,9 +86,10 @@ Estimate estimate(const Case& spec) {
   e.frames = static_cast<double>(sampling.frames(sampling.last() + 1));
   e.particle_steps = e.particles * e.steps;
   e.memory_bytes = e.particles * assumed_bytes_per_particle + e.samples * series_row_bytes(spec);
-  constexpr double frame_bytes = 128.0, final_bytes = 200.0, row_bytes = 200.0;
+  constexpr double frame_bytes = 128.0, final_bytes = 200.0, checkpoints = 2.0;  // the one before is kept
   const auto checkpoint_bytes = static_cast<double>(record_bytes(spec.numerics.precision));
-  e.disk_bytes = e.particles * (e.frames * frame_bytes + final_bytes + checkpoint_bytes) + e.samples * row_bytes;
+  e.disk_bytes = e.particles * (e.frames * frame_bytes + final_bytes + checkpoints * checkpoint_bytes) +
+                 e.samples * std::max(200.0, 2.0 * series_row_bytes(spec));
   e.wall_time_s = e.particle_steps / assumed_particle_steps_per_s;
   return e;
 }

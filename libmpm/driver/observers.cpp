@@ -57,12 +57,13 @@ StopRule stop_rule(const ObserverArguments& s) {
   return impact_stop_rule(s.c.output.stop_when_steady, s.flow, belt.flow_height, passage);
 }
 
-/// Depth of the flow, or of the bodies at the start; of bodies below the obstacle's foot its width.
+/// Depth of the flow, or of the bodies at the start above the obstacle's foot; of bodies below that its width.
 double snow_depth(const Case& c) {
   if (c.conveyor) return c.conveyor->flow_height;
   double top = 0.0;
   for (const BodySpec& body : c.bodies) top = std::max(top, body.max.z());
-  return top > 0.0 ? top : c.obstacle->width();
+  const double foot = c.obstacle->solid().foot();
+  return top > foot ? top - foot : c.obstacle->width();
 }
 
 ParticlesInsideObstacle::Setting inside_setting(const ObserverArguments& s) {

@@ -63,7 +63,7 @@ ForcePeaks force_peaks(std::span<const double> time, std::span<const double> for
 
   const auto take = [&](const Peak& p, double mean_over, double& value, double& when) {
     value = p.value;
-    if (std::isfinite(p.value)) when = time[p.at] - 0.5 * mean_over;
+    if (p.value > 0.0) when = time[p.at] - 0.5 * mean_over;
   };
   take(peak_of(force), result.interval, result.peak, result.peak_time);
   take(peak_of(moment), result.interval, result.moment_peak, result.moment_peak_time);

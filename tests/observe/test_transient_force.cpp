@@ -93,6 +93,7 @@ TEST(TransientForces, OfNothingAreUnknown) {
   const auto t = peaks(still, 0.1);
   EXPECT_EQ(t.peak, 0.0);
   EXPECT_TRUE(std::isnan(t.rise_time)) << "nothing rose";
+  EXPECT_TRUE(std::isnan(t.peak_time) && std::isnan(t.filtered_peak_time)) << "no peak before the run began";
   EXPECT_EQ(t.first_impact_impulse, 0.0);
   EXPECT_NEAR(t.first_impact_until, 0.38, 1e-12) << "the series ends before the splash is back";
 }
