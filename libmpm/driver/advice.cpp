@@ -35,13 +35,18 @@ struct Impact {
   [[nodiscard]] double depth() const { return belt.flow_height; }
   [[nodiscard]] double dx() const { return c.numerics.cell_size; }
   [[nodiscard]] double froude() const { return belt.velocity / std::sqrt(c.numerics.gravity * depth()); }
-  [[nodiscard]] double bound() const { return depth() + 0.5 * speed * speed / c.numerics.gravity; }  ///< H + v^2/2g, Bernoulli's, m
-  [[nodiscard]] double splash_time() const { return 2.0 * speed / c.numerics.gravity; }
+  [[nodiscard]] double gravity() const { return c.numerics.gravity * std::cos(c.numerics.slope); }  ///< against which snow rises, m/s^2
+  [[nodiscard]] double bound() const { return depth() + 0.5 * speed * speed / gravity(); }          ///< H + v^2/2g, Bernoulli's, m
+  [[nodiscard]] double splash_time() const { return 2.0 * speed / gravity(); }
   [[nodiscard]] bool window() const { return belt.feed == ConveyorSpec::Feed::window; }
 };
 
 /// A number as text, with few digits.
 std::string n(double x) { return fmt::format("{:.3g}", x); }
+/// The same, rounded so that a bound that is recommended holds. @{
+std::string at_most(double x) { return n(std::stod(n(x)) > x ? x * (1.0 - 4e-3) : x); }
+std::string at_least(double x) { return n(std::stod(n(x)) < x ? x * (1.0 + 4e-3) : x); }
+/// @}
 
 // ---- Resolution -------------------------------------------------------------------------------------------------------------------------
 
@@ -58,7 +63,7 @@ Finding cells_across(const Impact& i) {
   return Advice{"cells_across", fmt::format("{} cells {}", n(cells), narrow ? "across the obstacle (w/dx)" : "in the flow height (H/dx)"),
                 known + " (validation/cases/avalanche_convergence)",
                 fmt::format("take numerics.cell_size_m = {} for a parameter study (5 cells), {} for a single result (7 cells)",
-                            n(std::min(i.width(), i.depth()) / 5.0), n(std::min(i.width(), i.depth()) / 7.0))};
+                            at_most(std::min(i.width(), i.depth()) / 5.0), at_most(std::min(i.width(), i.depth()) / 7.0))};
 }
 
 /// The force is proportional to the number of rows of nodes on the obstacle: validation/cases/avalanche_convergence, "Rows that stop the
@@ -107,7 +112,7 @@ Finding thin_obstacle(const Case& c) {
   if (thickness >= dx * (1.0 - 1e-6)) return {};
   return Advice{"thin_obstacle", fmt::format("{} cells across the thinnest part of the obstacle", n(thickness / dx)),
                 "snow passes through an obstacle that is thinner than a cell, and the force on it is wrong",
-                fmt::format("take numerics.cell_size_m = {}, or a thicker obstacle with the same front", n(thickness))};
+                fmt::format("take numerics.cell_size_m = {}, or a thicker obstacle with the same front", at_most(thickness))};
 }
 
 // ---- Time -------------------------------------------------------------------------------------------------------------------------------
@@ -127,16 +132,17 @@ Finding splash_and_duration(const Impact& i) {
 
 /// Slow flows pile up over a distance, not a time: least_passage_heights.
 Finding flow_passage(const Impact& i) {
-  const double reach = std::max(i.width(), i.depth()), way = Inflow(i.belt).travelled(i.c.output.duration);
+  const Inflow inflow(i.belt);
+  const double duration = i.c.output.duration, way = inflow.travelled(duration), reach = std::max(i.width(), i.depth());
   const double filled = i.window() ? i.belt.upstream_length + i.belt.downstream_length : 0.0,
                needed = std::max(filled, least_passage_heights * reach);
   if (way >= needed || needed / i.belt.velocity < 1.5 * i.splash_time()) return {};  // the rule above requires a longer run
   return Advice{
-      "flow_passage", fmt::format("the flow travels {} m in output.duration_s = {} s", n(way), n(i.c.output.duration)),
+      "flow_passage", fmt::format("the flow travels {} m in output.duration_s = {} s", n(way), n(duration)),
       fmt::format("the snow that was there at the start is still in front of the obstacle, and a pile needs about {:.0f} H (Table 2 of "
                   "the paper), here {} m, to become steady",
                   least_passage_heights, n(needed)),
-      fmt::format("take output.duration_s = {} s", n(std::ceil(needed / i.belt.velocity)))};
+      fmt::format("take output.duration_s = {} s", n(std::ceil(duration + (needed - way) / std::max(inflow.velocity(duration), 1e-3))))};
 }
 
 /// docs/cases.md: 50 rows a second resolve a window of 0.1 s.
@@ -154,13 +160,15 @@ Finding rows_in_force_window(const Impact& i) {
 /// Compressibility of the model, not of snow: physics of the set-up, Sect. 6; the paper's fastest flow (Fr 7, 29 m/s) has v/c_P = 0.50.
 Finding mach_number(const Impact& i) {
   constexpr double most = 0.6;
-  const double c = wave_speed_of(make_material(i.c.material)), mach = i.speed / c;
+  const AnyMaterial material = make_material(i.c.material);
+  const double c = wave_speed_of(material), mach = i.speed / c, bulk = bulk_speed_of(material), density = density_of(material);
   if (mach <= most) return {};
+  const double modulus = density * (bulk > 0.0 ? bulk * bulk : c * c), head = 0.5 * density * i.speed * i.speed;
   return Advice{
       "mach_number", fmt::format("Mach number v/c_P = {} (v = {} m/s, elastic wave speed {} m/s)", n(mach), n(i.speed), n(c)),
       fmt::format("the snow of the model is compressed elastically where it stops: pressures are about {:.0f} % above those of snow that "
                   "is not; the paper's fastest flow has 0.50",
-                  25.0 * mach * mach),
+                  100.0 * (hencky_stagnation_pressure(i.speed, density, modulus) / head - 1.0)),
       fmt::format("raise material.young_modulus_pa by a factor of {} (the time step falls with its root)",
                   n(std::ceil(mach * mach / 0.25)))};
 }
@@ -258,7 +266,7 @@ Finding mast_height(const Impact& i) {
   if (i.c.numerics.gravity <= 0.0) return {};
   const std::string remedy = "leave out obstacle.height_m for the run-up of a tall mast";
   const auto friction = i.c.material.critical_state_ratio();
-  const double runup = friction ? predicted_runup(*friction, i.belt.velocity, i.depth(), i.c.numerics.gravity) : 0.0;
+  const double runup = friction ? predicted_runup(*friction, i.belt.velocity, i.depth(), i.gravity()) : 0.0;
   if (height < runup) {
     return Advice{"mast_height",
                   fmt::format("obstacle.height_m = {} m is lower than the run-up by the paper's equation, {} m", n(height), n(runup)),
@@ -279,7 +287,7 @@ Finding height_of_the_domain(const Impact& i) {
   return Advice{"height_of_the_domain",
                 fmt::format("domain.max_m ends at z = {} m, below Bernoulli's bound H + v^2/2g = {} m", n(top), n(bound)),
                 "what climbs higher is removed, so that the run-up is cut off",
-                fmt::format("give at least {} m, or leave out domain.max_m", n(bound))};
+                fmt::format("give at least {} m, or leave out domain.max_m", at_least(bound))};
 }
 
 /// What begins above the ground: the columns of nodes on its top and on its underside share nodes where it is thinner than three cells
@@ -290,7 +298,17 @@ Finding above_the_ground(const Impact& i, const std::string& table, double base,
   if (thickness / i.dx() < least - 1e-6) {
     return Advice{table + "_base", fmt::format("{0} cells between {1}.base_m and {1}.height_m", n(thickness / i.dx()), table),
                   "contact on the top and on the underside acts on the same nodes, so that snow on one side feels that on the other",
-                  fmt::format("take numerics.cell_size_m = {} (three cells)", n(thickness / least))};
+                  fmt::format("take numerics.cell_size_m = {} (three cells)", at_most(thickness / least))};
+  }
+  // Its sides act on the layers of nodes between underside and top; each stands for a cell.
+  const double shift = i.c.numerics.grid_offset.z(), rounding = 1e-9, cells = thickness / i.dx();
+  const double layers = std::floor(top / i.dx() + shift + rounding) - std::ceil(base / i.dx() + shift - rounding) + 1.0, most = 1.05;
+  if (i.c.numerics.contact == ContactRule::surface && layers > most * cells) {
+    return Advice{table + "_base", fmt::format("{} layers of nodes from {}.base_m to height_m, {} cells", n(layers), table, n(cells)),
+                  fmt::format("the sides act as if they were {} cells high: a force across the flow is up to {:.0f} % too high", n(layers),
+                              100.0 * (layers / cells - 1.0)),
+                  "put underside and top a whole number of cells apart and midway between layers (numerics.grid_offset_cells = "
+                  "[0, 0, 0.5] where they are on layers), or take more cells"};
   }
   if (base < bound) return {};
   return Advice{table + "_base", fmt::format("{}.base_m = {} m is above Bernoulli's bound H + v^2/2g = {} m", table, n(base), n(bound)),

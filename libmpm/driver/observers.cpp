@@ -102,7 +102,7 @@ constexpr Entry list[] = {
 ImpactFlow impact_flow(const Case& c) {
   ImpactFlow flow;
   flow.velocity = c.conveyor->velocity;
-  flow.gravity = c.numerics.gravity;
+  flow.gravity = c.numerics.gravity * std::cos(c.numerics.slope);  // along which snow rises and falls
   if (const auto ratio = c.material.critical_state_ratio()) flow.effective_friction = *ratio;
   return flow;
 }
@@ -120,8 +120,8 @@ std::optional<ImpactGeometry> impact_geometry(const Case& c) {
   ImpactGeometry geometry = paper_geometry(c.conveyor->flow_height, c.obstacle->width(), c.numerics.cell_size, c.material.density(),
                                            c.conveyor->mirror_y || c.domain.mirror_y, c.measurement);
   geometry.set_obstacle(*c.obstacle);
-  return geometry;
   geometry.uneven_ground = c.terrain.has_value();
+  return geometry;
 }
 
 SnowTraits snow_traits(const MaterialParameters& snow) {
