@@ -70,9 +70,8 @@ class Comparison {
  public:
   explicit Comparison(const CompareArguments& arguments)
       : tolerance_(arguments.tolerance), csv_(arguments.csv), a_(read_results(arguments.a)), b_(read_results(arguments.b)) {
-    same_run_ = a_.has("case_hash") &&
-                std::ranges::all_of(std::vector{"case_hash", "commit", "duration_s", "measured_from", "frames", "steady_column"},
-                                    [&](const char* key) { return known_value(a_, key) == known_value(b_, key); });
+    same_run_ = a_.has("case_hash") && std::ranges::all_of(std::vector{"case_hash", "commit", "duration_s", "measured_from", "frames"},
+                                                           [&](const char* key) { return known_value(a_, key) == known_value(b_, key); });
     for (const Results* results : {&a_, &b_}) {
       for (const Result& r : results->entries()) {
         if (is_quantity(r.name) && (results == &a_ || !a_.has(r.name))) keys_.push_back(r.name);
