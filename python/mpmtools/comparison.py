@@ -27,9 +27,4 @@ def compare(a, b, tolerance=None):
     _, text, _ = run_program("compare", *folders, "--csv", *options, accepted=(0, 1))
     if not text:
         raise InputError(f"mpm compare printed nothing about {' and '.join(folders)}")
-    table = pd.read_csv(io.StringIO(text), index_col="quantity", na_values=["nan"], keep_default_na=False, float_precision="round_trip")
-    columns = [Run(folder).results.get("steady_column") for folder in folders]
-    if None in columns or columns[0] == columns[1] or "steady_column" in table.index:
-        return table
-    first = pd.DataFrame({"a": columns[0], "b": columns[1], "verdict": "not judged"}, pd.Index(["steady_column"], name="quantity"))
-    return pd.concat([first, table.astype({"a": object, "b": object})])[table.columns]
+    return pd.read_csv(io.StringIO(text), index_col="quantity", na_values=["nan"], keep_default_na=False, float_precision="round_trip")
