@@ -11,7 +11,8 @@ foreach(layer IN LISTS layers)
           INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   get_property(folders GLOBAL PROPERTY MPM_FOLDERS_${component})
   foreach(folder IN LISTS folders)
-    install(DIRECTORY libmpm/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/libmpm COMPONENT ${component} FILES_MATCHING PATTERN "*.hpp")
+    install(DIRECTORY libmpm/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/libmpm COMPONENT ${component} FILES_MATCHING PATTERN "*.hpp"
+      PATTERN hdf5_library.hpp EXCLUDE) # for the sources of io alone: it needs headers of HDF5 and zlib
   endforeach()
 endforeach()
 if(TARGET mpm-app) # mpm-validate is not installed: its cases and references are part of the sources
