@@ -278,7 +278,8 @@ void run_task(const CampaignArguments& a) {
     return;
   }
   listen_to_signals();
-  ExecutionOptions options{a.out, this_program(), 1, false, pending_request, print_line, {}};
+  // what had failed was chosen when the job was submitted
+  ExecutionOptions options{a.out, this_program(), 1, true, pending_request, print_line, {}};
   const ExecutionReport report = execute(campaign, {static_cast<std::size_t>(found - campaign.runs.begin())}, options);
   if (!report.finished) end_by_signal();
   if (report.failed > 0) throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));

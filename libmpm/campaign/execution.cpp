@@ -283,8 +283,9 @@ class Pool {
                                        *a.signal == SIGKILL ? ", perhaps out of memory" : "", words.empty() ? "" : ": " + words)
                 : a.exit_code == 0 ? "ended well, but left no results.json of this case"
                                    : fmt::format("exit code {}: {}", *a.exit_code, words);
-      a.final = a.exit_code == static_cast<int>(ExitCode::usage) || a.exit_code == static_cast<int>(ExitCode::unstable);
-      again = !a.final && failures_[i]++ < campaign_.plan.retries;
+      a.final = a.exit_code == static_cast<int>(ExitCode::unstable);
+      const bool refused = a.exit_code == static_cast<int>(ExitCode::usage);  // now: by its threads, or the memory of this machine
+      again = !a.final && !refused && failures_[i]++ < campaign_.plan.retries;
       report_.failed += again ? 0 : 1;
       say(fmt::format("{}: failed{}: {}", run.name, again ? ", is tried again" : "", a.cause));
     }

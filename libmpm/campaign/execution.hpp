@@ -44,7 +44,7 @@ struct ExecutionReport {
 
 /// Executes the incomplete runs, in the plan's order or the longest first by estimate, at most `jobs` at a time. A folder in which another
 /// process works is postponed. A run that failed is tried again up to plan.retries times, unless it would fail again (exit
-/// code 2: the case is invalid; 3: unstable); attempts.json records the cause of every failure.
+/// code 2: the program refused it here and now; 3: unstable, which would repeat itself); attempts.json records the cause of every failure.
 /// @param runs  of the campaign, by index
 /// @throws IoError if a folder cannot be written or a process cannot be started; ConfigError if the launcher does not exist
 ExecutionReport execute(const Campaign& campaign, const std::vector<std::size_t>& runs, const ExecutionOptions& options);

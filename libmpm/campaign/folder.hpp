@@ -45,7 +45,7 @@ struct Attempt {
   std::optional<int> exit_code;  ///< of the process, if it exited
   std::optional<int> signal;     ///< signal that ended the process
   std::string cause;             ///< of a failure: the last line that the run printed
-  bool final = false;            ///< a failure that would repeat itself: the case is invalid, or unstable
+  bool final = false;            ///< a failure that would repeat itself: the case is unstable
 };
 
 /// The attempts of this run (hash and duration) in attempts.json of a folder; empty if there are none.
@@ -70,7 +70,7 @@ struct RunStatus {
 
   /// The damage, or the message of the last attempt; empty unless the run failed.
   [[nodiscard]] std::string cause() const;
-  /// Whether the failure would repeat itself: the case is invalid or unstable, or a file is damaged.
+  /// Whether the failure would repeat itself: the case is unstable, or a file is damaged.
   [[nodiscard]] bool hopeless() const { return state == RunState::failed && (!damage.empty() || attempts.back().final); }
 };
 
