@@ -143,6 +143,8 @@ std::string in_words_of_the_site(std::string text, const Site& site) {
 /// @param overrides  "table.key=value". @throws ConfigError
 void refuse_keys_of_the_site(const std::vector<std::string>& overrides, const Site& site) {
   const std::vector<std::pair<std::string, std::string>> further{{"conveyor.froude_number", "flow.froude_number"},
+                                                                 {"conveyor.inflow", "[flow]"},
+                                                                 {"conveyor.inflow_csv", "[flow]"},
                                                                  {"material.model", "[[snow]]"},
                                                                  {"material.critical_state_slope", "[[snow]]"},
                                                                  {"material.cohesion_beta", "[[snow]]"},
@@ -152,7 +154,8 @@ void refuse_keys_of_the_site(const std::vector<std::string>& overrides, const Si
                                                                  {"obstacle.", "[mast]"},  // all keys of these tables
                                                                  {"arm.", "[arm]"}};
   for (const std::string& text : overrides) {
-    const std::string key = text.substr(0, text.find('='));
+    std::string key = text.substr(0, text.find('='));
+    std::erase_if(key, [](char c) { return c == ' ' || c == '\t'; });  // as the reader does
     for (const auto& keys : {keys_of_the_site(site), further}) {
       const auto decided =
           std::ranges::find_if(keys, [&](const auto& k) { return k.first.ends_with('.') ? key.starts_with(k.first) : key == k.first; });

@@ -139,6 +139,12 @@ TEST(SiteFile, HoldsObliqueFlowSnowCoverBeamRangesAndScenariosAndHidesTheirDefau
   EXPECT_THAT(message_of(mast_site + scenario + scenario), HasSubstr("scenario[1]] name = \"100 years\" is given twice"));
 }
 
+TEST(DesignPlans, RefuseOverridesOfTheSiteHoweverTheyAreWritten) {
+  for (const char* text :
+       {"conveyor.velocity_m_s=3", "conveyor.velocity_m_s =3", " material.density_kg_m3=500", "conveyor.inflow_csv=a.csv"})
+    EXPECT_THROW(make_design(site(), DesignLevel::quick, {text}), ConfigError) << text;
+}
+
 TEST(SiteFile, ChecksEveryScenarioAgainstTheMast) {
   const auto scenario = [](double depth) {
     return mast_site + fmt::format("[[scenario]]\nname = \"rare\"\ndepth_m = {}\nvelocity_m_s = 30\n", depth);
