@@ -246,26 +246,32 @@ void print_plan(const CampaignArguments& a) {
   fmt::print("{}", a.json ? expansion_json(campaign) : resolved_plan(campaign));
 }
 
+/// Writes the tables of a folder unless they belong to another plan, or to a version of the program with other case hashes. A campaign that
+/// is running there keeps them itself.
+void update_tables(const Campaign& campaign, const fs::path& out, const std::vector<RunStatus>& all, const Preparation& changes) {
+  if (!fs::exists(out / "plan.toml")) return;
+  if (read_file(out / "plan.toml") != resolved_plan(campaign) || !changes.replaced.empty())
+    return fmt::print(stderr, "the tables in '{}' are of another plan, and stay as they are until `mpm campaign run`\n", out.string());
+  if (std::ranges::any_of(all, [](const RunStatus& s) { return s.state == RunState::running; })) return;
+  try {
+    write_campaign_tables(out, campaign, all);
+  } catch (const IoError& error) {
+    fmt::print(stderr, "the tables are not brought up to date: {}\n", error.what());
+  }
+}
+
 void status(const CampaignArguments& a) {
   const Campaign campaign = planned(a);
   const fs::path out = folder_of(a);
   const std::vector<RunStatus> all = status_of(out, campaign);
   const Preparation changes = compare_with_folder(out, campaign);
   print_changes(changes);
+  update_tables(campaign, out, all, changes);  // before printing, which may wait for a reader
   const int jobs = a.jobs > 0 ? a.jobs : default_jobs(campaign.plan);
   if (a.json) {
     print_status_json(campaign, all, jobs);
   } else {
     print_status(stdout, campaign, all, out, jobs, a.list);
-  }
-  if (!fs::exists(out / "plan.toml")) return;
-  // The tables in the folder may belong to another plan, or to a version of the program with other case hashes: do not change those.
-  if (read_file(out / "plan.toml") != resolved_plan(campaign) || !changes.replaced.empty())
-    return fmt::print(stderr, "the tables in '{}' are of another plan, and stay as they are until `mpm campaign run`\n", out.string());
-  try {
-    write_campaign_tables(out, campaign, all);
-  } catch (const IoError& error) {
-    fmt::print(stderr, "the tables are not brought up to date: {}\n", error.what());
   }
 }
 

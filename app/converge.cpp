@@ -106,7 +106,8 @@ Campaign planned(const ConvergeArguments& a, const Case& spec, const Sweep& swee
     throw ConfigError(
         fmt::format("--exact: {} for {}; give one for each", counted(a.exact.size(), "value"), counted(a.metrics.size(), "metric")));
   require_known_metrics(spec, a.metrics);
-  const int threads = a.threads > 0 ? a.threads : std::max(1, omp_get_max_threads() / (a.campaign.ranks * std::max(1, a.campaign.jobs)));
+  const int threads =
+      a.threads > 0 ? a.threads : std::max(1, omp_get_max_threads() / std::max(1, a.campaign.ranks) / std::max(1, a.campaign.jobs));
   Campaign study = make_grid_study(spec, sweep, threads, a.campaign.ranks);
   for (const CampaignRun& run : study.runs) {
     require_feasible(run.cost, physical_memory_bytes());

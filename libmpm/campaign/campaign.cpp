@@ -104,8 +104,10 @@ class SharedProblems {
 // ---- Stored results ---------------------------------------------------------------------------------------------------------------------
 
 bool is_case_key(std::string_view column) {
-  const std::size_t dot = column.find('.');
-  return dot != std::string_view::npos && case_schema().find_key(column.substr(0, dot), column.substr(dot + 1)) != nullptr;
+  const std::size_t dot = column.rfind('.');
+  if (dot == std::string_view::npos) return false;
+  const std::string_view table = column.substr(0, std::min(dot, column.find('[')));  // of an entry: body[0]
+  return case_schema().find_key(table, column.substr(dot + 1)) != nullptr;
 }
 
 /// Whether a column tells of the campaign or of the case, and not of the results.
@@ -225,11 +227,12 @@ Campaign make_campaign(CampaignPlan plan) {
   }
   problems.throw_any();
   const StoredResults stored(plan.stored_results);
-  campaign.unused_rows = stored.rows();
+  std::size_t used = 0;  // a row may serve several durations
   for (CampaignRun& run : campaign.runs) {
     run.stored_results = stored.of(run.spec, run.case_hash);
-    if (run.stored_results) --campaign.unused_rows;
+    if (run.stored_results) ++used;
   }
+  campaign.unused_rows = stored.rows() - std::min(used, stored.rows());
   campaign.plan = std::move(plan);
   return campaign;
 }
