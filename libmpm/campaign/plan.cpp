@@ -5,6 +5,7 @@
 #include <toml++/toml.h>
 
 #include <cctype>
+#include <filesystem>
 
 #include "libmpm/config/toml_text.hpp"
 
@@ -91,7 +92,12 @@ std::string write_plan(const CampaignPlan& plan) {
                        toml_string(s.memory), toml_list(s.options));
   }
   toml::table base;
-  base.insert("base", toml::parse(plan.base_text));
+  toml::table tables = toml::parse(plan.base_text);
+  for (const char* key : {"conveyor.inflow_csv", "terrain.file"}) {  // relative to the base, and this plan is in another folder
+    if (auto* const name = tables.at_path(key).as_string())
+      *name = (std::filesystem::absolute(plan.base_name).parent_path() / name->get()).string();
+  }
+  base.insert("base", std::move(tables));
   out += fmt::format("\n{}\n", config::toml_text(base));
   for (const PlannedRun& run : plan.runs) {
     out += fmt::format("\n[[run]]\nname = {}\n", toml_string(run.name));

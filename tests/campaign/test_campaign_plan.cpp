@@ -472,5 +472,14 @@ TEST(CampaignPlan, IsBoundedInRunsKeysAndRules) {
   EXPECT_TRUE(contains(refusal(repeated(1001, [](int) { return "[[when]]\n"; })), "[[when]] is given 1001 times; at most 1000"));
 }
 
+TEST(PlanFile, NamesFilesOfItsBaseFromAnyFolder) {
+  CampaignPlan plan = parse_plan(
+      "[base.conveyor]\ninflow_csv = \"surge.csv\"\n[base.terrain]\nfile = \"/hill.asc\"\n[[run]]\nname = \"a\"\n", "/sites/plan.toml");
+  const std::string text = write_plan(plan);
+  EXPECT_NE(text.find("/sites/surge.csv"), std::string::npos) << text;
+  EXPECT_NE(text.find("/hill.asc"), std::string::npos) << text;
+  EXPECT_EQ(write_plan(parse_plan(text, "/other/plan.toml")), text);
+}
+
 }  // namespace
 }  // namespace mpm
