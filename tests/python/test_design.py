@@ -938,6 +938,27 @@ class SnowCovers(DesignFolder):
         self.assertAlmostEqual(ensemble.bound, 2.0 + 9.81 / 2 + 1.5)
 
 
+    def test_hide_neither_a_pile_that_grows_nor_coarse_grids(self):
+        for run in self.runs:
+            path = self.folder / "runs" / run["name"] / "results.json"
+            path.write_text(json.dumps({**json.loads(path.read_text()), "runup_numerical_uncertainty_m": 2.5}))  # of 6 m, the first splash
+        ensemble = Ensemble(self.folder)
+        shares = dict((label, share) for label, share, _ in cautions.uncertainties(Results(ensemble)))
+        for cover in (0.0, 5.0):
+            raised = ensemble.raised(cover)
+            results = Results(raised)
+            self.assertIn("not determined (", headlines.run_up_row(raised, results)[0])
+            for label, share, _ in cautions.uncertainties(results):
+                if label in ("run-up", "pressure height"):
+                    self.assertAlmostEqual(share, shares[label])
+        path = self.folder / "runs" / "firm_w11" / "series.csv"
+        series = pd.read_csv(path)
+        series.assign(runup_p99_m=4.0 * (1.0 + 0.016 * (series.time_s - 5.5)), pressure_height_m=3.0 * (1.0 + 0.016 * (series.time_s - 5.5))).to_csv(path, index=False)
+        bare, covered = (Results(Ensemble(self.folder).raised(cover)).finest[1].growth for cover in (0.0, 5.0))
+        for name in ("run-up", "pressure height"):
+            self.assertAlmostEqual(bare[name], 0.08, delta=0.001)  # over 5 s
+            self.assertAlmostEqual(covered[name], bare[name])
+
     def test_of_a_metre_are_on_the_page_as_a_site_with_one_gives_them(self):
         text = page.cover_text(Ensemble(self.folder))
         plain = rounding.upward(Results(Ensemble(self.folder)).design_moment()[1], 1e-3)

@@ -10,11 +10,12 @@ from mpmtools.design.what_decides import not_scaled, scenario_rows
 
 
 def uncertainties(results):
-    """[(quantity, grid uncertainty over the value, the largest of the snows; whether it may be greater)] of the main quantities; NaN: not known."""
-    rows = []
+    """[(quantity, grid uncertainty over the value, of heights above the bed, the largest of the snows; whether it may be greater)] of the main quantities;
+    NaN: not known."""
+    rows, base = [], results.finest[0].base
     for key, label in (("force_mean_n", "mean force"), ("moment_mean_n_m", "mean moment"), ("runup_p99_mean_m", "run-up"),
                        ("pressure_height_mean_m", "pressure height")):
-        shares = [row[key].grid / abs(row[key].value) for row in results.table if math.isfinite(row[key].value) and math.isfinite(row[key].grid)]
+        shares = [row[key].grid / abs(row[key].value - base * key.endswith("mean_m")) for row in results.table if math.isfinite(row[key].value) and math.isfinite(row[key].grid)]
         rows.append((label, max(shares, default=math.nan), results.ranges[key].at_least))
     return rows
 

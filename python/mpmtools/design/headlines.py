@@ -11,7 +11,7 @@ from mpmtools.design.loads import moving_mean
 from mpmtools.design.results import FORCES, MOMENTS, STATIC_FORCES, STATIC_MOMENTS, arm_keys, quantities_of
 from mpmtools.design.rounding import UNKNOWN, short, upward, value_and_error, with_unit
 
-NOT_DETERMINED = 1.0 / 3.0  # largest uncertainty over the value with which a height is stated
+NOT_DETERMINED = 1.0 / 3.0  # largest uncertainty over the value above the bed with which a height is stated
 FINER = (5, 7, 11, 15, 21)  # cells that [plan] finest_cells takes
 
 
@@ -71,7 +71,7 @@ def governing_run_up(results):
 def is_run_up_determined(ensemble, results):
     """Whether the page states it."""
     _, entry = governing_run_up(results)
-    return not still_growing(ensemble, results, "run-up")[0] and math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * entry.value
+    return not still_growing(ensemble, results, "run-up")[0] and math.isfinite(entry.total) and entry.total <= NOT_DETERMINED * (entry.value - ensemble.base)
 
 
 def run_up_row(ensemble, results):
@@ -89,7 +89,7 @@ def run_up_row(ensemble, results):
         keys = ("runup_peak_m", "runup_p99_mean_m")
         return f"{at_least(results, keys)}{upward(results.ranges[key].high)} m", (f"{ONE_GRID}; " if results.is_at_least(keys) else "") + f"upper value of: {what}. {parts}"
     else:
-        reason = (f"The uncertainty of the grid is more than a third of the value ({what}): the grids are too coarse for a statement; "
+        reason = (f"The uncertainty of the grid is more than a third of the value{' above the bed' if ensemble.base else ''} ({what}): the grids are too coarse for a statement; "
                   f"{finer_grid(ensemble.plan)}")
     return (f"not determined ({f'{mark}, ' if mark else ''}{value_and_error(entry.value, entry.total)} m)",
             f"{reason}. Until then keep parts above {upward(max(results.ranges[key].high, ensemble.bound))} m. {parts}")

@@ -123,7 +123,7 @@ class Loads:
 
     @cached_property
     def growth(self):
-        """{name: rise over the mean} of what still grows when the run ends.
+        """{name: rise over the mean} of what still grows when the run ends; heights above the bed, since a snow cover does not grow.
 
         The steady interval, or where it begins late all time after the splash, is cut into PARTS of equal length. What grows is what a straight
         line through their means rises by more than GROWTH, with a probability below CHANCE that parts without a trend rise so (t-test).
@@ -131,7 +131,7 @@ class Loads:
         where = (self.time >= self.splash_back if self.is_late else self.steady).nonzero()[0]
         found = {}
         arm = [("arm's force", self.arm.force)] if np.any(self.arm.force[where]) else []
-        for name, values in (("run-up", self.runup), ("pressure height", self.pressure_height), ("force", self.force), ("moment", self.moment), *arm):
+        for name, values in (("run-up", self.runup - self.base), ("pressure height", self.pressure_height - self.base), ("force", self.force), ("moment", self.moment), *arm):
             if not self.is_steady or len(where) < PARTS:
                 break
             means = [np.nanmean(values[part]) if np.isfinite(values[part]).any() else math.nan for part in np.array_split(where, PARTS)]
