@@ -85,7 +85,7 @@ def advice_rows(ensemble, results):
     top = plan["mast"]["height_m"]
     if top:
         for key, what in (("runup_p99_mean_m", "the steady mean of the run-up"), ("runup_mean_m", "the steady mean of the highest particle"),
-                          ("runup_peak_m", "the highest particle of the first splash")):
+                          ("runup_peak_m", "the highest particle at any time")):
             over = [i for i, row in enumerate(results.table) if math.isfinite(row[key].value) and row[key].value >= top]
             if over:
                 highest = max(results.table[i][key].value for i in over)

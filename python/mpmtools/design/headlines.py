@@ -63,7 +63,7 @@ def pressure_heights(ensemble, results):
 
 
 def governing_run_up(results):
-    """(quantity of the greater of steady run-up and first splash, its Entry)"""
+    """(quantity of the greater of steady run-up and highest particle at any time, its Entry)"""
     key = "runup_p99_mean_m" if results.ranges["runup_p99_mean_m"].high > results.ranges["runup_peak_m"].high else "runup_peak_m"
     return key, results.table[results.governing(key)][key]
 
@@ -75,16 +75,17 @@ def is_run_up_determined(ensemble, results):
 
 
 def run_up_row(ensemble, results):
-    """(value, why) of the greater of the steady run-up and the first splash."""
+    """(value, why) of the greater of the steady run-up and the highest particle at any time, that of the first splash or of a pile that grows."""
     splash, steady = results.ranges["runup_peak_m"], results.ranges["runup_p99_mean_m"]
     key, entry = governing_run_up(results)
-    what = "highest particle of the first splash" if key == "runup_peak_m" else "height of 99 % of the snow before the mast, steady mean"
+    what = "highest particle at any time" if key == "runup_peak_m" else "height of 99 % of the snow before the mast, steady mean"
     mean = f"{short(steady.high)} m (Bernoulli’s bound H + v²/2g)" if steady.high == ensemble.bound else with_unit(upward(steady.high), "m")
     parts = (f"Steady mean: {mean}; "
-             f"first splash: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
+             f"highest particle at any time: {short(splash.highest)} m on the finest grid, upper value {upward(splash.high)} m")
     mark, growing = still_growing(ensemble, results, "run-up")
+    until = f"Until then keep parts above {upward(max(results.ranges[key].high, ensemble.bound))} m"
     if growing:
-        reason = growing
+        reason, until = growing, f"{until} at least: the pile can become higher, how much is not known"
     elif is_run_up_determined(ensemble, results):
         keys = ("runup_peak_m", "runup_p99_mean_m")
         return f"{at_least(results, keys)}{upward(results.ranges[key].high)} m", (f"{ONE_GRID}; " if results.is_at_least(keys) else "") + f"upper value of: {what}. {parts}"
@@ -92,7 +93,7 @@ def run_up_row(ensemble, results):
         reason = (f"The uncertainty of the grid is more than a third of the value{' above the bed' if ensemble.base else ''} ({what}): the grids are too coarse for a statement; "
                   f"{finer_grid(ensemble.plan)}")
     return (f"not determined ({f'{mark}, ' if mark else ''}{value_and_error(entry.value, entry.total)} m)",
-            f"{reason}. Until then keep parts above {upward(max(results.ranges[key].high, ensemble.bound))} m. {parts}")
+            f"{reason}. {until}. {parts}")
 
 
 def why_amplified(plan, quasi_static, amplified):
