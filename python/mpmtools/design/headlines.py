@@ -37,7 +37,7 @@ def longer(plan):
     return f"give [plan] duration_s = {short(max(2.0 * plan['duration_s'], *durations(plan), 0.0))}"
 
 
-ONE_GRID = "Fewer than two grids have a steady value, so that the uncertainty of the grid may be greater"
+ONE_GRID = "Fewer than two grids, or not the finest one, have a steady value, so that the uncertainty of the grid may be greater"
 
 
 def at_least(results, keys):

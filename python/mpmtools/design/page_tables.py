@@ -10,7 +10,7 @@ from mpmtools.design.results import LATER, LATERAL, LINE_LOADS, STATIC_FORCES, i
 from mpmtools.design.rounding import UNKNOWN, number, outward, percent, short, upward, value_and_error, with_unit
 
 
-STAR = " *"  # behind an uncertainty that may be greater: fewer than two grids have the value
+STAR = " *"  # behind an uncertainty that may be greater: Entry.at_least
 
 
 def load_table(ensemble, results):

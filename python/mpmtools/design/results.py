@@ -109,6 +109,7 @@ class Entry(NamedTuple):
     method: str  # how the grid convergence index was found
     note: str  # the same, and whether the known uncertainty is larger
     statistical: float  # half width of 95 % of a mean, by Student's t of its batches times the standard error; NaN of a peak
+    without_known: bool  # the known uncertainty, relative to the steady mean, is missing because the finest run has none
 
     @property
     def spread(self):
@@ -121,8 +122,8 @@ class Entry(NamedTuple):
 
     @property
     def at_least(self):
-        """Whether fewer than two grids have the value, so that its uncertainty may be greater."""
-        return math.isfinite(self.value) and not math.isfinite(self.gci)
+        """Whether fewer than two grids have the value, or without_known, so that its uncertainty may be greater."""
+        return math.isfinite(self.value) and (not math.isfinite(self.gci) or self.without_known)
 
 
 class Range(NamedTuple):
@@ -133,11 +134,11 @@ class Range(NamedTuple):
     middle: float  # of the middle snow
     highest: float  # greatest value
     high: float  # greatest of value plus uncertainty: to design with
-    at_least: bool = False  # of a snow fewer than two grids have the value
+    at_least: bool = False  # Entry.at_least of a snow
 
 
-def entry_of(sizes, values):
-    """@param values  one Value for each grid"""
+def entry_of(sizes, values, without_known=False):
+    """@param values  one Value for each grid; @param without_known  of Entry"""
     numbers = [v.value for v in values]
     finest, estimate = values[-1], grid_estimate(sizes, numbers)
     parts = [part for part in (estimate.uncertainty, finest.known) if math.isfinite(part)]
@@ -147,7 +148,7 @@ def entry_of(sizes, values):
         note += "; what is known at this resolution is larger and is taken"
     total = combined(grid, finest.statistical) if math.isfinite(finest.value) else math.nan
     return Entry(numbers, finest.value, estimate.uncertainty, estimate.order, finest.known, grid, finest.standard_error, total, estimate.note, note,
-                 finest.statistical)
+                 finest.statistical, without_known)
 
 
 def fitted_line(z, profile, edges, force, moment, base=0.0):
@@ -177,7 +178,8 @@ class Results:
         self.table, self.scaled_peaks = [], {}
         for row in all_loads:
             values = [{**loads.values, **loads.vibration_values(plan)} for loads in row]
-            self.table.append({q.key: entry_of(ensemble.sizes, [v[q.key] for v in values]) for q in quantities_of(plan)})
+            self.table.append({q.key: entry_of(ensemble.sizes, [v[q.key] for v in values], not row[-1].is_steady and not q.key.startswith("mode_"))
+                               for q in quantities_of(plan)})
         self.ranges = {q.key: self._range(q.key, ensemble.middle) for q in quantities_of(plan)}
         for key in ("runup_p99_mean_m", "runup_mean_m"):
             runup = self.ranges[key]
@@ -209,7 +211,7 @@ class Results:
         return best, self.ranges[best].high if best else math.nan
 
     def is_at_least(self, keys):
-        """Whether the greatest of these may be greater: of one of them fewer than two grids have a value."""
+        """Whether the greatest of these may be greater: one of them is Range.at_least."""
         return any(self.ranges[key].at_least for key in keys if key in self.ranges)
 
     def design_force(self, steady_only=False):
