@@ -27,7 +27,7 @@ from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.factors import CONDITIONS, FILE, factor_at, load_factors
 from mpmtools.design.loads import Effect, Loads, moving_mean, rows_of
 from mpmtools.design.oscillator import equivalent_static_force, shock_response_spectrum
-from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results
+from mpmtools.design.results import IMPACT_FORCES, STEADY_FORCES, Results, fitted_line
 from mpmtools.design.uncertainty import batches_of, combined, grid_estimate, observed_order, statistical
 from mpmtools.design.vibration import cantilever_modes
 from mpmtools.errors import InputError
@@ -1061,8 +1061,17 @@ class Beams(DesignFolder):
         expected["with_vibration"] = [design["design_force_n"], design["design_moment_n_m"]]
         for name, (force, moment) in expected.items():
             load = 1e3 * table[f"{name}_kn_m"]
-            self.assertAlmostEqual(sum(load * pieces) / force, 1.0, delta=0.01)
-            self.assertAlmostEqual(sum(load * pieces * middle) / moment, 1.0, delta=0.01)
+            self.assertAlmostEqual(sum(load * pieces) / force, 1.0, delta=1e-5)  # of six digits each
+            self.assertAlmostEqual(sum(load * pieces * middle) / moment, 1.0, delta=1e-5)
+
+    def test_of_a_coarse_grid_carry_a_line_load_of_the_same_moment(self):
+        z, edges = np.arange(0.2, 4.0, 0.4), np.arange(0.0, 5.0, 0.4)
+        for stretch in (0.9, 1.1):
+            profile = np.maximum(3.0 - z, 0.0)
+            moment = stretch * 1e3 * (profile @ z) / profile.sum()
+            line = fitted_line(z, profile, edges, 1e3, moment)
+            self.assertAlmostEqual(0.4 * line.sum(), 1e3, delta=1e-6)
+            self.assertAlmostEqual(0.4 * line @ (edges[:-1] + 0.2) / moment, 1.0, delta=1e-6)
 
     def test_have_headlines_that_follow_from_the_tables(self):
         ensemble = Ensemble(self.folder)

@@ -151,6 +151,9 @@ def entry_of(sizes, values, without_known=False):
                  finest.statistical, without_known)
 
 
+MOMENT_STEPS = 4  # of the stretch of a line load, until its moment is met within 1e-6
+
+
 def fitted_line(z, profile, edges, force, moment, base=0.0):
     """The profile at z, stretched from z = base over height and scaled, as values between the edges: its integral is the force (N), and about
     z = 0 it has the moment (N m)."""
@@ -162,8 +165,11 @@ def fitted_line(z, profile, edges, force, moment, base=0.0):
         return np.full(len(edges) - 1, math.nan)
     stretch = (moment / force) / (step * profile @ z / whole)
     below = np.concatenate([[0.0], np.cumsum(step * profile)]) * force / whole  # of the load, up to each edge
-    at = stretch * np.concatenate([[z[0] - 0.5 * step], z + 0.5 * step])
-    return np.diff(np.interp(edges, at, below)) / np.diff(edges)
+    bounds, middle = np.concatenate([[z[0] - 0.5 * step], z + 0.5 * step]), 0.5 * (edges[1:] + edges[:-1])
+    for _ in range(MOMENT_STEPS):  # between the edges the load is constant, so that its moment is another than that of the pieces of the profile
+        pieces = np.diff(np.interp(edges, stretch * bounds, below))
+        stretch *= moment / (pieces @ middle)
+    return pieces / np.diff(edges)
 
 
 class Results:
