@@ -54,6 +54,12 @@ def still_growing(ensemble, results, name):
     return "", ""
 
 
+def marked(ensemble, results, text, name, keys):
+    """A load in words with the marks of its headline. @param name  of Loads.growth; @param keys  of the headline"""
+    mark, _ = still_growing(ensemble, results, name)
+    return text if text == UNKNOWN else at_least(results, keys) + text + (f", {mark}" if mark else "")
+
+
 def pressure_heights(ensemble, results):
     """[(m, where it comes from)]: simulation, equations, guideline."""
     rows = comparison.equation_rows(ensemble.plan)
@@ -147,8 +153,8 @@ def design_rows(ensemble, results):
             why += f" What comes before the flow is steady included, such as the first impact of a vertical front (upper bound); while the flow is steady: {value(steady, steady_number)}."
         if name == "arm's force":
             why += arm_remark(ensemble, results, chosen)
-        mark, growing = still_growing(ensemble, results, name)
-        rows.append((what, at_least(results, keys) + value(chosen, number) + (f", {mark}" if mark else ""), why + (f" {growing}." if growing else "") + (f" {ONE_GRID}." if results.is_at_least(keys) else "")))
+        _, growing = still_growing(ensemble, results, name)
+        rows.append((what, marked(ensemble, results, value(chosen, number), name, keys), why + (f" {growing}." if growing else "") + (f" {ONE_GRID}." if results.is_at_least(keys) else "")))
     heights = [h for h in pressure_heights(ensemble, results) if math.isfinite(h[0])]
     top, source = max(heights)
     mark, growing = still_growing(ensemble, results, "pressure height")

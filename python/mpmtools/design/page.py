@@ -14,9 +14,9 @@ from mpmtools.design import comparison, figures, page_tables, scaling, what_deci
 from mpmtools.design.cautions import accuracy, advice_rows
 from mpmtools.design.data_files import design_json, write_tables
 from mpmtools.design.ensemble import Ensemble
-from mpmtools.design.headlines import design_rows
+from mpmtools.design.headlines import design_rows, marked
 from mpmtools.design.loads import all_modes
-from mpmtools.design.results import Results, is_oblique
+from mpmtools.design.results import FORCES, MOMENTS, Results, is_oblique
 from mpmtools.design.rounding import short, upward, with_unit
 from mpmtools.design.uncertainty import BATCHES, LENGTH, statistical
 from mpmtools.errors import InputError
@@ -50,11 +50,13 @@ def cover_text(ensemble):
     if "arm" in plan or any(mode["shape_at_load"] is not None for mode in plan["modes"]):
         why = "the arm is then nearer to the flow" if "arm" in plan else "the mode's shape at the load grows, too"
         return markupsafe.Markup(f"A snow cover or deposit under the flow lifts all loads, and {why}: {compute}.")
-    results = Results(ensemble.raised(1.0))
-    (_, force), (_, moment) = results.design_force(), results.design_moment()
+    raised = ensemble.raised(1.0)
+    results = Results(raised)
+    force, moment = (marked(raised, results, with_unit(upward(choose()[1], 1e-3), unit), name, keys) for choose, unit, name, keys in (
+        (results.design_force, "kN", "force", FORCES), (results.design_moment, "kN m", "moment", MOMENTS)))
     vibration = ", with the vibration, which grows more than the heights" if plan["modes"] else ""
     return markupsafe.Markup(f"A snow cover or deposit under the flow lifts all loads: on 1 m of it, all heights are 1 m greater, and the upper values at the foundation are "
-                             f"{with_unit(upward(force, 1e-3), 'kN')} and {with_unit(upward(moment, 1e-3), 'kN m')}{vibration}. Where there is one, {compute}.")
+                             f"{force} and {moment}{vibration}. Where there is one, {compute}.")
 
 
 def css_text(text):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mpmtools.design import scaling
-from mpmtools.design.headlines import at_least, is_run_up_determined, still_growing
+from mpmtools.design.headlines import is_run_up_determined, marked
 from mpmtools.design.results import FORCES, MOMENTS
 from mpmtools.design.rounding import UNKNOWN, number, percent, short, upward
 
@@ -103,15 +103,9 @@ def scenario_table(ensemble, results):
         return None
     gravity = ensemble.plan["flow"]["gravity_m_s2"]
     rows, scenarios, determined = [], scenario_rows(ensemble, results), is_run_up_determined(ensemble, results)
-
-    def marked(text, name, keys):
-        """As the headline is."""
-        mark, _ = still_growing(ensemble, results, name)
-        return text if text == UNKNOWN else at_least(results, keys) + text + (f", {mark}" if mark else "")
-
     for name, other, force, moment, error, heights in scenarios:
         rows.append([name, f"{other.depth:.3g}", f"{other.velocity:.3g}", f"{other.density:.3g}", f"{other.froude_number(gravity):.2f}",
-                     marked(upward(force, 1e-3), "force", FORCES), marked(upward(moment, 1e-3), "moment", MOMENTS), upward(heights[0]),
+                     marked(ensemble, results, upward(force, 1e-3), "force", FORCES), marked(ensemble, results, upward(moment, 1e-3), "moment", MOMENTS), upward(heights[0]),
                      upward(heights[1]) if determined or math.isnan(heights[1]) else "not determined", UNKNOWN if math.isnan(error) else f"± {percent(error)}" if error else "none"])
     return {"head": ["scenario", "H (m)", "v (m/s)", "ρ (kg/m³)", "Fr", "force (kN)", "moment (kN m)", "pressure height (m)", "run-up (m)", "error of force and moment by scaling"],
             "rows": rows, "note": not_scaled(scenarios, ensemble.plan)}
