@@ -1428,6 +1428,10 @@ class Numbers(unittest.TestCase):
         for ends, text in (((-0.3411, 0.4211), "-0.342 to +0.422"), ((8.409, 31.61), "+8.40 to +31.7"), ((-31.61, -8.409), "-31.7 to -8.40"), ((0.0, 123.01), "0 to +124")):
             self.assertEqual(rounding.outward(*ends), text)
 
+    def test_of_ranges_are_rounded_outwards(self):
+        self.assertEqual([rounding.downward(value) for value in (6.7754, -6.7754, 0.0, 29.7, 1187.0, math.nan)], ["6.77", "-6.78", "0", "29.7", "1180", rounding.UNKNOWN])
+        self.assertEqual(rounding.downward(29673.0, 1e-3), "29.6")
+
     def test_have_the_digits_of_their_uncertainty_which_is_never_zero(self):
         for value, uncertainty, text in ((123.4, 12.3, "123 ± 12"), (1.2345, 0.0567, "1.234 ± 0.057"), (1.6091, 1e-4, "1.609 ± 0.001"),
                                          (150.0, 0.0, "150.0 ± 0.1"), (0.01218, 0.00231, "0.0122 ± 0.0023"), (1119.0, 1674.0, "1100 ± 1700"), (7.0, 14.0, "7 ± 14"), (0.0, 0.0, "0.000 ± 0.001")):

@@ -7,7 +7,7 @@ import numpy as np
 from mpmtools.design import comparison
 from mpmtools.design.factors import CONDITIONS, load_factors, outside, over_snows
 from mpmtools.design.results import LATER, LATERAL, LINE_LOADS, STATIC_FORCES, is_oblique, quantities_of
-from mpmtools.design.rounding import UNKNOWN, number, outward, percent, short, upward, value_and_error, with_unit
+from mpmtools.design.rounding import UNKNOWN, downward, number, outward, percent, short, upward, value_and_error, with_unit
 
 
 STAR = " *"  # behind an uncertainty that may be greater: Entry.at_least
@@ -27,7 +27,7 @@ def load_table(ensemble, results):
             cells.append(value_and_error(e.value, e.total, q.scale) + (STAR if e.at_least else ""))
         r = results.ranges[q.key]
         high = short if r.high == ensemble.bound else upward  # a bound is exact
-        cells.append(f"{short(r.low, q.scale)} to {high(r.high, q.scale)}{STAR * r.at_least}" if math.isfinite(r.high) else UNKNOWN)
+        cells.append(f"{downward(r.low, q.scale)} to {high(r.high, q.scale)}{STAR * r.at_least}" if math.isfinite(r.high) else UNKNOWN)
         rows.append(cells)
     return {"head": head, "rows": rows}
 

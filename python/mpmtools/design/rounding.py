@@ -33,6 +33,12 @@ def upward(value, scale=1.0):
     return short(math.ceil(value / step - 1e-9) * step)
 
 
+def downward(value, scale=1.0):
+    """The same rounded down: the lower end of a range."""
+    text = upward(-value, scale)
+    return text if text == UNKNOWN or not float(text) else text[1:] if text[0] == "-" else f"-{text}"
+
+
 def outward(low, high, scale=1.0):
     """Both ends of a range with their signs, three digits each, rounded away from its middle."""
     def signed(text, sign, other):

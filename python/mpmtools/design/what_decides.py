@@ -7,7 +7,7 @@ import numpy as np
 from mpmtools.design import scaling
 from mpmtools.design.headlines import is_run_up_determined, marked
 from mpmtools.design.results import FORCES, MOMENTS
-from mpmtools.design.rounding import UNKNOWN, number, percent, short, upward
+from mpmtools.design.rounding import UNKNOWN, downward, number, percent, upward
 
 
 def sensitivity_rows(ensemble, results):
@@ -59,8 +59,8 @@ def ensemble_text(ensemble, results, rows):
         "its error beyond is not known.")
     independent = [math.sqrt(sum(row[which][1] ** 2 for row in rows if "scaling" in row[0])) for which in (1, 2)]
     forces, moments = [s[0] for s in scaled], [s[1] for s in scaled]
-    return (f"All combinations of the ends and middles of depth, speed and density ({len(scaled)}): design force {short(min(forces), 1e-3)} to "
-            f"{short(max(forces), 1e-3)} kN, moment {short(min(moments), 1e-3)} to {short(max(moments), 1e-3)} kN m. If the three are independent, the "
+    return (f"All combinations of the ends and middles of depth, speed and density ({len(scaled)}): design force {downward(min(forces), 1e-3)} to "
+            f"{upward(max(forces), 1e-3)} kN, moment {downward(min(moments), 1e-3)} to {upward(max(moments), 1e-3)} kN m. If the three are independent, the "
             f"upper ends add up as root of the sum of squares to {percent(independent[0], '+.0f')} of the force and {percent(independent[1], '+.0f')} of the moment.{beyond}")
 
 
