@@ -1332,6 +1332,16 @@ class Pages(DesignFolder):
         results = json.loads(path.read_text())
         path.write_text(json.dumps({key: None if "mean" in key or "steady" in key else value for key, value in results.items()}))
 
+    def test_speak_of_the_masts_masses_only_where_it_vibrates(self):
+        for modes in (self.plan["modes"], []):
+            self.write("design_plan.json", json.dumps({**self.plan, "modes": modes}))
+            text, _ = self.drawn_page()
+            self.assertEqual("force of the mast's masses in its first mode" in text, bool(modes))
+
+    def test_say_that_means_of_sheared_flow_hold_for_no_first_impact(self):
+        tables = page_tables.factor_tables(Ensemble(self.folder), load_factors())
+        self.assertIn("they hold for no first impact", next(note for heading, _, note in tables if heading == "Other fronts and sheared flow"))
+
     def test_say_that_a_run_has_no_steady_interval(self):
         self.without_means("soft_w11")
         text, _ = self.drawn_page()

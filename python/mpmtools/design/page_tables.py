@@ -165,7 +165,8 @@ FACTORS = {  # kind: heading, column of each quantity, what its factors are
               "the flow, of a wedge half the angle of its edge"),
     "front": ("Other fronts and sheared flow", {"peak_force": "peak over mean force", "lever_arm": "lever arm over H", "moment_over_plug": "moment over plug's",
                                                 "runup_over_plug": "run-up over plug's"},
-              "Degrees of the front, and slip, the speed at the floor over the mean: 1 is a plug, as on this page. Lowest to highest over the snows, uncertainty added; – is not known")}
+              "Degrees of the front, and slip, the speed at the floor over the mean: 1 is a plug, as on this page. Peaks are over 0.1 s; lever arm, and moment and run-up over "
+              "those of a plug behind the same front, are of steady means: they hold for no first impact. Lowest to highest over the snows, uncertainty added; – is not known")}
 
 
 def factor_name(kind, name, ensemble):

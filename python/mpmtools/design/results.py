@@ -221,8 +221,8 @@ class Results:
         return any(self.ranges[key].at_least for key in keys if key in self.ranges)
 
     def design_force(self, steady_only=False):
-        """upper() of steady mean, whose uncertainty can be the greatest, steady peak and first impact, with and without the vibration. @param
-        steady_only  without the first impact"""
+        """upper() of steady mean, whose uncertainty can be the greatest, steady peak, first impact and later peak, with and without the
+        vibration. @param steady_only  without first impact and later peak"""
         return self.upper(STEADY_FORCES if steady_only else FORCES)
 
     def design_moment(self, steady_only=False):
