@@ -153,10 +153,10 @@ class StoredResults {
 
   /// The row of a case, if it is of its whole duration (is_whole_run): its columns except for the inputs, vectors by component. The first
   /// such row counts.
-  [[nodiscard]] std::optional<Results> of(const Case& c, const std::string& case_hash) const {
+  [[nodiscard]] const Results* of(const Case& c, const std::string& case_hash) const {
     const auto [first, last] = rows_.equal_range(case_hash);
     const auto whole = std::find_if(first, last, [&](const auto& row) { return is_whole_run(row.second, c); });
-    return whole == last ? std::nullopt : std::optional(whole->second);
+    return whole == last ? nullptr : &whole->second;
   }
   [[nodiscard]] std::size_t rows() const { return rows_.size(); }  ///< finished runs in all tables
 
@@ -227,12 +227,14 @@ Campaign make_campaign(CampaignPlan plan) {
   }
   problems.throw_any();
   const StoredResults stored(plan.stored_results);
-  std::size_t used = 0;  // a row may serve several durations
+  std::set<const Results*> used;  // a row may serve several durations
   for (CampaignRun& run : campaign.runs) {
-    run.stored_results = stored.of(run.spec, run.case_hash);
-    if (run.stored_results) ++used;
+    const Results* const row = stored.of(run.spec, run.case_hash);
+    if (row == nullptr) continue;
+    run.stored_results = *row;
+    used.insert(row);
   }
-  campaign.unused_rows = stored.rows() - std::min(used, stored.rows());
+  campaign.unused_rows = stored.rows() - used.size();
   campaign.plan = std::move(plan);
   return campaign;
 }

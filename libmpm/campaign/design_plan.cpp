@@ -61,11 +61,10 @@ CompactWindow window_of(const Site& site) {
   const WindowFlow flow{
       .froude = froude_number(site.flow.velocity, site.flow.depth, site.gravity()), .height = site.flow.depth, .critical_state_ratio = 0.0};
   CompactWindow window = compact_window(flow, plan.sizes().y(), plan.max().x());
+  const double w = mast.facing_width();
   constexpr double beside = 2.5;  // of r, between the end of an arm and the side wall: as beside the mast with w = r
-  if (site.arm)
-    window.width = std::max(window.width,
-                            site.arm->length + 2.0 * beside * std::max(mast.facing_width(), std::sqrt(mast.facing_width() * flow.height)));
-  const auto whole = [&](double length) { return mast.facing_width() * std::ceil(length / mast.facing_width() - 1e-9); };
+  if (site.arm) window.width = std::max(window.width, site.arm->length + 2.0 * beside * std::max(w, std::sqrt(w * flow.height)));
+  const auto whole = [&](double length) { return w * std::ceil(length / w - 1e-9); };
   return {2.0 * whole(0.5 * window.width), whole(window.upstream_length), whole(window.downstream_length)};
 }
 
