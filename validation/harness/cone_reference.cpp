@@ -147,7 +147,7 @@ class ConeIntegrator {
       set(apex, 0.0, Mat3::Zero(), gap(t_));
       return;
     }
-    t_ = larger(t_, -eps_v_start_ / rate);
+    t_ = std::max(t_, -eps_v_start_ / rate);
     log(PathEvent::recompaction);
     const double shear = std::sqrt(2.0 / 3.0) * rate_deviator().norm();
     if (by_rate() && 3.0 * m_.shear_modulus * shear > -m_.slope * m_.bulk_modulus * rate)

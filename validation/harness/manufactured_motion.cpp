@@ -1,10 +1,11 @@
 #include "validation/harness/manufactured_motion.hpp"
-#include "validation/harness/norms.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "validation/harness/norms.hpp"
 
 namespace mpm::validation {
 

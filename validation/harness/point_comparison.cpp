@@ -15,17 +15,14 @@ namespace {
 
 constexpr double round_off = 1e-12;
 
-/// The larger of the two, NaN where either is.
-double worse(double a, double b) { return std::isnan(a) || b <= a ? a : b; }
-
 double difference(const PathRow& row, const ReferencePoint& r, bool tensor) {
   double e = 0.0;
-  for (const double d : {row.p - r.p, row.q - r.q, row.preconsolidation_pressure - r.preconsolidation}) e = worse(e, std::abs(d));
+  for (const double d : {row.p - r.p, row.q - r.q, row.preconsolidation_pressure - r.preconsolidation}) e = larger(e, std::abs(d));
   if (tensor) {
     const Sym3<double>& a = row.stress;
     const Mat3& b = r.stress;
     for (const double d : {a.xx - b(0, 0), a.yy - b(1, 1), a.zz - b(2, 2), a.xy - b(0, 1), a.xz - b(0, 2), a.yz - b(1, 2)})
-      e = worse(e, std::abs(d));
+      e = larger(e, std::abs(d));
   }
   return e;
 }
@@ -120,7 +117,7 @@ PathComparison compare_path(const MaterialParameters& spec, const std::vector<Re
     const auto stride = static_cast<std::size_t>(options.samples / common);
     double worst = 0.0;
     for (std::size_t i = 0; i < rows.size(); ++i)
-      worst = worse(worst, difference(rows[i], c.reference.points.at(i * stride), options.general));
+      worst = larger(worst, difference(rows[i], c.reference.points.at(i * stride), options.general));
     c.steps.push_back(n);
     c.error.push_back(worst / c.scale);
     c.finest = std::move(rows);
@@ -152,9 +149,9 @@ double isotropic_error(const mpm::CamClay::Parameters& spec, const std::vector<R
       scale = larger(scale, pc);
       for (const double d :
            {row.p - model.bulk_modulus * (model.initial_internal() - eps_v - internal), row.q, row.preconsolidation_pressure - pc})
-        error = worse(error, std::abs(d));
+        error = larger(error, std::abs(d));
     }
-    worst = worse(worst, error / scale);
+    worst = larger(worst, error / scale);
   }
   return worst;
 }
@@ -181,7 +178,7 @@ FormDifference compare_forms(const CamClay& model, const std::vector<ReferenceSe
         for (std::size_t k = 0; k < samples; ++k) {
           const ReferencePoint &a = path.points[first + 1 + k], &b = ida[k];
           for (const double d : {a.p - b.p, a.q_signed - b.q_signed, a.preconsolidation - b.preconsolidation})
-            result.largest = worse(result.largest, std::abs(d) / scale);
+            result.largest = larger(result.largest, std::abs(d) / scale);
         }
         result.points += static_cast<int>(samples);
       }
