@@ -16,6 +16,23 @@ namespace {
 
 constexpr double dx = 0.25, base = 0.1, top = 0.9, density = 300.0;
 
+/// Particles of random velocity in a box, sorted.
+Grid grid_with_particles(const Eigen::AlignedBox3d& box, std::uint64_t count, Precision precision) {
+  Grid grid(dx, precision);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> part(0.0, 1.0), v(-5.0, 5.0);
+  for (std::uint64_t id = 0; id < count; ++id) {
+    Particle p{};
+    for (int i = 0; i < 3; ++i) p.position[i] = box.min()[i] + part(random) * box.sizes()[i];
+    for (double& component : p.velocity) component = v(random);
+    p.volume = 1e-3;
+    p.id = id;
+    grid.insert(p);
+  }
+  grid.migrate();
+  return grid;
+}
+
 /// A shape and a precision of the particles.
 class ParticleContactOf : public ::testing::TestWithParam<std::tuple<testing::TypicalShape, Precision>> {
  protected:
@@ -24,21 +41,7 @@ class ParticleContactOf : public ::testing::TestWithParam<std::tuple<testing::Ty
   const double single = std::get<1>(GetParam()) == Precision::single_precision ? 1.0 : 0.0;
 
   /// Particles around and in the solid, sorted.
-  Grid filled() const {
-    Grid grid(dx, std::get<1>(GetParam()));
-    std::mt19937_64 random(7);
-    std::uniform_real_distribution<double> x(-0.5, 2.5), y(-1.5, 1.5), z(0.01, 1.1), v(-5.0, 5.0);
-    for (std::uint64_t id = 0; id < 4000; ++id) {
-      Particle p{};
-      p.position[0] = x(random), p.position[1] = y(random), p.position[2] = z(random);
-      for (double& component : p.velocity) component = v(random);
-      p.volume = 1e-3;
-      p.id = id;
-      grid.insert(p);
-    }
-    grid.migrate();
-    return grid;
-  }
+  Grid filled() const { return grid_with_particles({Vec3(-0.5, -1.5, 0.01), Vec3(2.5, 1.5, 1.1)}, 4000, std::get<1>(GetParam())); }
   static std::map<std::uint64_t, Particle> particles_of(const Grid& grid) {
     std::map<std::uint64_t, Particle> all;
     for (const auto b : grid.occupied_blocks()) {
@@ -124,18 +127,7 @@ class ParticleBelowTheFloor : public ::testing::TestWithParam<Boundary> {};
 TEST_P(ParticleBelowTheFloor, ReturnsToItBesideASolid) {
   const SurfaceSolid solid{{outline_of(testing::typical_shapes().front().shape), base, top}, 0.3, Vec3::Zero(), dx, {}};
   const std::vector<Boundary> boundaries{GetParam(), solid};
-  Grid grid(dx);
-  std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> x(-3.0, 3.0), z(-0.9 * dx, 0.9 * dx), v(-5.0, 5.0);
-  for (std::uint64_t id = 0; id < 3000; ++id) {
-    Particle p{};
-    p.position[0] = x(random), p.position[1] = x(random), p.position[2] = z(random);
-    for (double& component : p.velocity) component = v(random);
-    p.volume = 1e-3;
-    p.id = id;
-    grid.insert(p);
-  }
-  grid.migrate();
+  Grid grid = grid_with_particles({Vec3(-3.0, -3.0, -0.9 * dx), Vec3(3.0, 3.0, 0.9 * dx)}, 3000, Precision::double_precision);
   int returned = 0, left_alone = 0;
   for (const auto b : grid.occupied_blocks()) {
     const ParticleBin& bin = grid.block(b).particles;
@@ -160,7 +152,9 @@ TEST_P(ParticleBelowTheFloor, ReturnsToItBesideASolid) {
       EXPECT_GE(is.velocity[2], 0.0);
       const Vec3 change = velocity_of(was) - velocity_of(is), slip = velocity_of(was) - Vec3(2.0, 0.0, 0.0);
       EXPECT_LE(change.head<2>().norm(), 0.4 * std::max(-was.velocity[2], 0.0) + 1e-12) << "Coulomb";
-      if (was.velocity[2] < 0.0) EXPECT_GT(change.head<2>().dot(slip.head<2>()), 0.0) << "towards the velocity of the belt";
+      if (was.velocity[2] < 0.0) {
+        EXPECT_GT(change.head<2>().dot(slip.head<2>()), 0.0) << "towards the velocity of the belt";
+      }
       lost += density * was.volume * change;
       of_belt -= density * was.volume * change.x() * 2.0;
     }
