@@ -162,15 +162,19 @@ void decide_on_uncertainty(Convergence& c, bool credible, double formal_order, d
   const bool constant = c.behaviour == Behaviour::constant;
   const Uncertainty three = of_three_grids(c, credible, range, formal_order);
   Uncertainty best = three;
+  bool ordered = constant || credible;
   if (c.size.size() >= 4) {
     const Uncertainty fit{c.least_squares_uncertainty, fmt::format("least squares over {} grids", c.size.size())};
-    const bool trusted = constant || credible || std::isfinite(c.order + c.least_squares_order);
+    const bool trusted = ordered || std::isfinite(c.order + c.least_squares_order);
     if (trusted || fit.value < three.value) best = fit;
     if (!trusted && gci > best.value) best = {gci, fmt::format("grid convergence index, safety factor {}", c.safety_factor)};
-    if (noise > 0.0 && three.value > best.value) best = three;
+    if (noise > 0.0 && three.value > best.value)
+      best = three;
+    else
+      ordered = trusted;
   }
   c.uncertainty = best.value;
-  c.basis = best.basis + (constant || credible ? "" : "; no order of convergence is observed");
+  c.basis = best.basis + (ordered ? "" : "; no order of convergence is observed");
 }
 
 /// Sets `asymptotic` and `remark`: whether all observed orders agree. Values that agree to round-off have
