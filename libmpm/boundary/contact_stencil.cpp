@@ -33,6 +33,7 @@ struct FixedWeights {
 /// A point of the surface, in cells.
 struct SurfacePoint {
   Vec2 at, normal;
+  double width;
   EdgeBound edge = {};  ///< as ContactRow::edge, with the number of a point in place of a row
   int adjacent = -1;    ///< as ContactRow::adjacent, with the number of a point in place of a row
 };
@@ -41,11 +42,12 @@ struct SurfacePoint {
 std::vector<SurfacePoint> points_of_circle(const Circle& circle) {
   const double half_way_round = ContactStencil::points_on_circle * std::numbers::pi * circle.radius;
   const int count = std::max(4, 2 * static_cast<int>(std::lround(half_way_round)));  // even: symmetric about both axes
+  const double width = 2.0 * std::numbers::pi * circle.radius / count;
   std::vector<SurfacePoint> points;
   for (int i = 0; i < count; ++i) {
     const double angle = 2.0 * std::numbers::pi * (i + 0.5) / count;
     const Vec2 normal(std::cos(angle), std::sin(angle));
-    points.push_back({circle.centre + circle.radius * normal, normal});
+    points.push_back({circle.centre + circle.radius * normal, normal, width});
   }
   return points;
 }
@@ -77,16 +79,20 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
     const double margin = count_of(ContactStencil::edge_margin) < fewest ? 0.0 : ContactStencil::edge_margin;
     const int count = count_of(margin);
     const Strips& strips = sides.emplace_back(Strips{static_cast<int>(points.size()), count, (length - 2.0 * margin) / count, margin});
-    const auto add = [&](double from_edge) { points.push_back({side.from / cell_size + from_edge / length * whole, side.normal}); };
-    if (margin > 0.0) add(0.5 * margin);
-    for (int i = 0; i < count; ++i) add(margin + (i + 0.5) * strips.width);
-    if (margin > 0.0) add(length - 0.5 * margin);
+    const auto add = [&](double from_edge, double width) {
+      points.push_back({side.from / cell_size + from_edge / length * whole, side.normal, width});
+    };
+    if (margin > 0.0) add(0.5 * margin, margin);
+    for (int i = 0; i < count; ++i) add(margin + (i + 0.5) * strips.width, strips.width);
+    if (margin > 0.0) add(length - 0.5 * margin, margin);
     if (count < fewest) continue;
     const double end = margin + strips.width;
-    point(strips.start()).edge =
-        point(strips.end()).edge = {.strip = end * cell_size, .at_rest = end / strips.width, .free = free_ratio(end, strips.width)};
-    point(strips.start()).edge.neighbour = strips.start() + 1;
-    point(strips.end()).edge.neighbour = strips.end() - 1;
+    const auto bound = [&](int number, int neighbour) {
+      point(number).width = end;
+      point(number).edge = {.neighbour = neighbour, .at_rest = end / strips.width, .free = free_ratio(end, strips.width)};
+    };
+    bound(strips.start(), strips.start() + 1);
+    bound(strips.end(), strips.end() - 1);
   }
   for (std::size_t s = 0; s < sides.size(); ++s) {
     const Strips &side = sides[s], &before = sides[(s + sides.size() - 1) % sides.size()], &after = sides[(s + 1) % sides.size()];
@@ -94,7 +100,7 @@ std::vector<SurfacePoint> points_of_polygon(const Outline& outline, double cell_
     point(side.end()).adjacent = after.start();
     if (side.margin == 0.0) continue;
     const auto compare = [&](SurfacePoint& in_margin, const Strips& other, int end) {
-      in_margin.edge = {.neighbour = end, .strip = side.margin * cell_size, .at_rest = side.margin / other.width, .free = 0.0};
+      in_margin.edge = {.neighbour = end, .at_rest = side.margin / other.width, .free = 0.0};
     };
     compare(point(side.start() - 1), before, before.end());
     compare(point(side.end() + 1), after, after.start());
@@ -161,7 +167,7 @@ class StencilBuilder {
   std::map<std::array<int, 2>, int> number_;
 };
 
-/// Integral of sqrt(s) over the strip of a column, half a cell to both sides; s the distance from the edge. @param depth  cells
+/// Integral of sqrt(s) over the strip of a column or layer, half a cell to both sides; s the distance from the edge. @param depth  cells
 double root_law(double depth) { return std::pow(depth + 0.5, 1.5) - std::pow(std::max(0.0, depth - 0.5), 1.5); }
 
 /// Grid nodes from first to last along x and y that hold the outline.
@@ -201,11 +207,9 @@ void add_columns(StencilBuilder& builder, const Outline& outline, double cell_si
     const std::array<int, 2> at = {static_cast<int>(inwards.x()), static_cast<int>(inwards.y())};
     const auto inner = std::ranges::find(places, at, &Place::at);
     if (inner == places.end() || inner->depth < p.depth + rounding) continue;  // too narrow for an inner column
-    const double strip = p.depth + 0.5, next = std::min(inner->depth + 0.5, 1.0);
-    columns.back().edge = {.neighbour = static_cast<int>(inner - places.begin()),
-                           .strip = strip * cell_size,
-                           .at_rest = strip / next,
-                           .free = root_law(p.depth) / root_law(inner->depth)};
+    columns.back().strip = (p.depth + 0.5) * cell_size;
+    columns.back().edge = bound_by_depth(p.depth, inner->depth);
+    columns.back().edge.neighbour = static_cast<int>(inner - places.begin());
   }
 }
 
@@ -217,6 +221,7 @@ std::vector<int> add_point_rows(StencilBuilder& builder, const std::vector<Surfa
     if (!builder.computed(point.at)) continue;
     row_of[p] = static_cast<int>(builder.stencil.rows.size());
     builder.begin(ContactRow::Kind::point, point.at, point.normal, cell_size);
+    builder.stencil.rows.back().width = point.width * cell_size;
     const FixedWeights wx(point.at.x()), wy(point.at.y());
     for (std::size_t j = 0; j < 3; ++j) {
       for (std::size_t i = 0; i < 3; ++i) {
@@ -282,6 +287,10 @@ void add_extensions(StencilBuilder& builder, const Outline& outline, const std::
 }
 
 }  // namespace
+
+EdgeBound bound_by_depth(double depth, double inner) {
+  return {.at_rest = (depth + 0.5) / std::min(inner + 0.5, 1.0), .free = root_law(depth) / root_law(inner)};
+}
 
 ContactStencil contact_stencil(const Outline& outline, double cell_size, const MirrorPlanes& mirror) {
   std::optional<Circle> circle = outline.circle();

@@ -31,11 +31,12 @@
 /// own, whose impulse is at most that of the end point of the side round the edge, by width, less Bernoulli's bound for the fastest node.
 /// Where a flow leaves the edge, the side round it is free; where it parts at an apex, it is fast. In both the margin takes nothing.
 ///
-/// The sides are vertical, so that the conditions of the layers of nodes are independent: one stencil serves all layers.
+/// The sides are vertical: one stencil serves all layers of nodes.
 ///
 /// Top and underside act on columns of nodes (core/folded_wall.hpp). A column represents the strip of the face within half a cell of it.
 /// The last columns before an edge, those less than half a cell from it on either side, are bounded by the same laws as the end points of a
-/// side: the strip of a column at a depth d inside the edge ends at d + 1/2, and begins at the edge or at d - 1/2.
+/// side: the strip of a column at a depth d inside the edge ends at d + 1/2, and begins at the edge or at d - 1/2. So is, point by point,
+/// the last layer of the sides below the top or above the underside, where it is within half a cell of it (core/surface_contact.hpp).
 
 #include <array>
 #include <optional>
@@ -49,7 +50,6 @@ namespace mpm {
 /// What bounds the impulse of a strip of a face at an edge.
 struct EdgeBound {
   int neighbour = -1;                ///< number of the next one inwards, in a margin of the end point round the edge; -1: no bound
-  double strip = 0.0;                ///< its width, m
   double at_rest = 1.0, free = 1.0;  ///< impulse over that of the neighbour: under a uniform pressure; where a flow leaves the edge
 
   /// Of the point in a margin, not of an end point: only a margin takes nothing where a flow leaves the edge.
@@ -62,12 +62,17 @@ struct EdgeBound {
   }
 };
 
+/// That of a column or layer of nodes beside an edge, all of which represent half a cell to both sides.
+/// @param depth, inner  of it and of the next one inwards: cells inside the edge. @returns without `neighbour`
+[[nodiscard]] EdgeBound bound_by_depth(double depth, double inner);
+
 /// One condition on the velocities of a layer's nodes.
 struct ContactRow {
   /// point: no approach there, an impulse of one sign; extension: the normal velocity continues linearly, an impulse of either sign.
   enum class Kind { point, extension } kind = Kind::point;  ///< which of them
   std::size_t first = 0, count = 0;                         ///< its entries
   Vec2 point = Vec2::Zero();                                ///< m: on the surface, or the node that is extended to
+  double width = 0.0;                                       ///< of the strip of the side that a point represents, m
   EdgeBound edge;                                           ///< of the end points of a side with at least three, and of its margins
   int adjacent = -1;                                        ///< of an end point: row of the end point of the side round the edge
   int row_before = -1;    ///< of an extension: row of the point before it; the extension acts only while that is in contact
@@ -102,8 +107,9 @@ struct ContactStencil {
   };
   /// A column of nodes on the top or the underside.
   struct Column {
-    int node = 0;    ///< number in ContactStencil::nodes
-    EdgeBound edge;  ///< `neighbour` in ContactStencil::columns: the next one inwards
+    int node = 0;        ///< number in ContactStencil::nodes
+    double strip = 0.0;  ///< width of the strip next to an edge that it represents, m
+    EdgeBound edge;      ///< `neighbour` in ContactStencil::columns: the next one inwards
   };
   std::vector<PlaneNode> nodes;       ///< referred to by index in rows, deep and columns
   std::vector<ContactRow> rows;       ///< those of points first

@@ -62,7 +62,8 @@ void apply_folded_face(Grid& grid, const SurfaceSolid& solid, const Wall& face, 
     if (const EdgeBound& edge = columns[i].edge; edge.neighbour >= 0) {
       double along = 0.0;  // square of the largest velocity along the face: the flow is fastest at the surface, next to the edge
       for (const ColumnNode& c : column.node) along = std::max(along, c.before.head<2>().squaredNorm());
-      bound = edge.largest(taken[static_cast<std::size_t>(edge.neighbour)], 0.5 * density * along * edge.strip * grid.cell_size() * dt);
+      bound =
+          edge.largest(taken[static_cast<std::size_t>(edge.neighbour)], 0.5 * density * along * columns[i].strip * grid.cell_size() * dt);
     }
     const std::optional<double> normal = fold_column(column, surface_of(face, plan), bound);
     if (!normal) continue;

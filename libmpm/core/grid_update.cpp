@@ -105,7 +105,7 @@ class BoundaryActions {
   void act(std::size_t b) {
     const Boundary& boundary = conditions_.boundaries[b];
     if (const auto* solid = std::get_if<SurfaceSolid>(&boundary)) {
-      ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid, conditions_.density, dt_);
+      ContactImpulse& impulse = contacts_[b] = apply_surface_contact(grid_, *solid, conditions_.density, conditions_.gravity.z(), dt_);
       apply_folded_faces(grid_, *solid, conditions_.mirror, conditions_.density, dt_, impulse);
     } else {
       const auto* const terrain = std::get_if<Terrain>(&boundary);

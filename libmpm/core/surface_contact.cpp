@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <utility>
 #include <vector>
@@ -18,6 +19,42 @@ constexpr double apex_factor = 4.0;       ///< square of the speed of a flow ove
 constexpr double least_weight = 0.3;      ///< sum of the weights of a point's nodes with material; below it the point has no contact
 constexpr int group_layers = lane_count;  ///< solved at once
 constexpr int group_blocks = group_layers / block_edge;
+
+/// The last layer of nodes below the top or above the underside. It represents half a cell to both sides: what lies beyond the face flows
+/// past, and the points stop only as much of it as the face carries.
+struct EndLayer {
+  std::int32_t layer = 0, inner = 0;  ///< numbers of it and of the next one inwards
+  double height = 0.0;                ///< of the strip of the sides that it represents, m
+  EdgeBound bound;                    ///< by the impulses of the layer inwards
+  double rise = 0.0;  ///< impulse on one metre of it by which gravity raises the pressure from the layer inwards to the edge, N s/m
+  std::vector<double> inner_normal;  ///< by row: impulse in the layer inwards
+
+  /// Bound of the impulse of a row. @param width  of its strip in the computed part, m. @param fall  as in EdgeBound
+  [[nodiscard]] Lanes largest(std::size_t row, double width, const Lanes& fall) const {
+    return bound.largest(Lanes{} - inner_normal[row], fall) + width * rise;
+  }
+};
+
+/// The end layers of a solid: none where a face is more than half a cell from its last layer, and of a solid too thin for a layer inwards.
+/// @param weight  density times gravity along z times dt, N s/m^3
+std::vector<EndLayer> end_layers(const UprightSolid& solid, double dx, double weight) {
+  std::vector<EndLayer> ends;
+  for (const double outward : {1.0, -1.0}) {
+    const double face = (outward > 0.0 ? solid.top : solid.base) / dx;
+    if (!std::isfinite(face)) continue;
+    const double layer = outward * std::floor(outward * face + on_surface), depth = outward * (face - layer), inner = layer - outward;
+    const double inner_depth = -solid.beyond(dx * inner) / dx;
+    if (depth > 0.5 || inner_depth < depth + on_surface) continue;
+    const double height = depth + 0.5;
+    ends.push_back({.layer = static_cast<std::int32_t>(layer),
+                    .inner = static_cast<std::int32_t>(inner),
+                    .height = height * dx,
+                    .bound = bound_by_depth(depth, inner_depth),
+                    .rise = std::max(0.0, outward * weight) * (depth + 1.0) * height * dx * dx,
+                    .inner_normal = {}});
+  }
+  return ends;
+}
 
 /// Velocities of a group of layers at the nodes of a stencil, and the impulses of its rows. Reused from group to group.
 struct LayerGroup {
@@ -177,8 +214,9 @@ Lanes largest_squared_speed(const ContactStencil& stencil, const ContactRow& row
 }
 
 /// Each sweep solves the extensions, then the points, so that the points hold at its end; every other sweep backwards.
+/// @param end  the layer that is solved, if it is one; of the others the impulses are not used
 /// @param dynamic  impulse of the dynamic pressure over the square of the velocity, on a strip of a layer one metre wide: rho/2 dx dt
-void solve_rows(const ContactStencil& stencil, double friction, double dynamic, LayerGroup& group) {
+void solve_rows(const ContactStencil& stencil, double friction, double dynamic, const EndLayer* end, LayerGroup& group) {
   const std::size_t points = stencil.point_rows, extensions = stencil.rows.size() - points;
   const Lanes unbounded = Lanes{} + 1e300;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
@@ -199,8 +237,12 @@ void solve_rows(const ContactStencil& stencil, double friction, double dynamic, 
         };
         const Lanes squared_speed =
             edge.in_margin() ? apex_factor * largest_squared_speed(stencil, row, group) : squared_speed_along(stencil, row, group);
-        const Lanes fall = dynamic * edge.strip * row.computed * squared_speed;
+        const Lanes fall = dynamic * row.width * row.computed * squared_speed;
         bound = max(edge.largest(impulse_of(edge.neighbour), fall), impulse_of(row.adjacent));
+      }
+      if (end != nullptr) {
+        const double width = row.width * row.computed;
+        bound = min(bound, end->largest(r, width, dynamic * width * squared_speed_along(stencil, row, group)));
       }
       if (friction > 0.0) {
         solve_row<true>(stencil, row, friction, bound, group, group.row[r]);
@@ -251,52 +293,102 @@ void store(const ContactStencil& stencil, const NodePlaces& places, const GroupB
   }
 }
 
-}  // namespace
+/// The blocks in a stencil's columns from the lowest to the highest, in groups of layers that are solved at once.
+class LayerContact {
+ public:
+  LayerContact(Grid& grid, const SurfaceSolid& solid, double density, double gravity, double dt)
+      : grid_(grid),
+        solid_(solid),
+        places_(solid.stencil()),
+        density_(density),
+        dt_(dt),
+        ends_(end_layers(solid.solid(), grid.cell_size(), density * gravity * dt)) {}
 
-ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid, double density, double dt) {
-  const ContactStencil& stencil = solid.stencil();
-  const NodePlaces places(stencil);
-  const double dx = grid.cell_size();
-
-  std::int32_t lowest = 0, highest = -1;  // of the blocks in the stencil's columns
-  for (const auto index : grid.own_blocks()) {
-    const Index3& c = grid.block(index).coordinate;
-    if (std::ranges::find(places.columns, std::array{c[0], c[1]}) == places.columns.end()) continue;
-    if (highest < lowest) lowest = highest = c[2];
-    lowest = std::min(lowest, c[2]);
-    highest = std::max(highest, c[2]);
-  }
-  if (highest < lowest) return {};
-  const std::int32_t first_group = lowest >> 1, groups = (highest >> 1) - first_group + 1;  // of layers that material may touch
-  const std::int32_t first_layer = first_node(group_blocks * first_group);
-  std::vector<Impulse> taken(static_cast<std::size_t>(group_layers * groups));  // by layer
-  LayerGroup group;
-  GroupBlocks blocks;
+  /// Solves all layers, those at an end after the one that bounds them.
+  ContactImpulse solve() {
+    const auto [lowest, highest] = block_layers();
+    if (highest < lowest) return {};
+    const std::int32_t from = lowest >> 1, groups = (highest >> 1) - from + 1;
+    first_layer_ = first_node(group_blocks * from);
+    taken_.resize(static_cast<std::size_t>(group_layers * groups));
+    LayerGroup group;
+    GroupBlocks blocks;
 #pragma omp parallel for schedule(dynamic, 1) firstprivate(group, blocks)
-  for (std::int32_t g = 0; g < groups; ++g) {
-    const std::int32_t layer = first_layer + group_layers * g;
+    for (std::int32_t g = from; g < from + groups; ++g) solve_group(g, nullptr, group, blocks);
+    for (const EndLayer& end : ends_) {
+      if (end.inner_normal.empty()) continue;
+      const std::int32_t g = block_of_node(end.layer) >> 1;
+      if (g >= from && g < from + groups) solve_group(g, &end, group, blocks);
+    }
+    return {.first = first_layer_, .sides = std::move(taken_)};
+  }
+
+ private:
+  /// From the lowest to the highest of the blocks in the stencil's columns.
+  [[nodiscard]] std::pair<std::int32_t, std::int32_t> block_layers() const {
+    std::int32_t lowest = 0, highest = -1;
+    for (const auto index : grid_.own_blocks()) {
+      const Index3& c = grid_.block(index).coordinate;
+      if (std::ranges::find(places_.columns, std::array{c[0], c[1]}) == places_.columns.end()) continue;
+      if (highest < lowest) lowest = highest = c[2];
+      lowest = std::min(lowest, c[2]);
+      highest = std::max(highest, c[2]);
+    }
+    return {lowest, highest};
+  }
+
+  /// @param end  the only layer that acts; null: all but end layers. @param group, blocks  storage
+  void solve_group(std::int32_t g, const EndLayer* end, LayerGroup& group, GroupBlocks& blocks) {
+    const ContactStencil& stencil = solid_.stencil();
+    const double dx = grid_.cell_size();
+    const std::int32_t first = first_node(group_blocks * g);
     LaneMask acts{};
     LaneMask deep_layers{};
     for (int k = 0; k < group_layers; ++k) {
-      const double beyond = solid.solid().beyond(dx * (layer + k));
-      acts[k] = beyond <= on_surface ? -1 : 0;
+      const std::int32_t layer = first + k;
+      const double beyond = solid_.solid().beyond(dx * layer);
+      const bool at_end = std::ranges::find(ends_, layer, &EndLayer::layer) != ends_.end();
+      acts[k] = (end != nullptr ? layer == end->layer : beyond <= on_surface && !at_end) ? -1 : 0;
       deep_layers[k] = beyond + dx * ContactStencil::deep_from <= on_surface ? -1 : 0;
     }
-    if (!any(acts)) continue;
-    blocks.resize(places.columns.size());
-    for (std::size_t c = 0; c < places.columns.size(); ++c) {
+    if (!any(acts)) return;
+    blocks.resize(places_.columns.size());
+    for (std::size_t c = 0; c < places_.columns.size(); ++c) {
       for (int half = 0; half < group_blocks; ++half) {
-        const std::int32_t index = grid.find({places.columns[c][0], places.columns[c][1], group_blocks * (first_group + g) + half});
-        blocks[c][static_cast<std::size_t>(half)] = index == no_block ? nullptr : &grid.velocities(index);
+        const std::int32_t index = grid_.find({places_.columns[c][0], places_.columns[c][1], group_blocks * g + half});
+        blocks[c][static_cast<std::size_t>(half)] = index == no_block ? nullptr : &grid_.velocities(index);
       }
     }
-    if (!load(stencil, places, blocks, group)) continue;
+    if (!load(stencil, places_, blocks, group)) return;
     prepare_rows(stencil, group);
-    solve_rows(stencil, solid.friction(), 0.5 * density * dx * dt, group);
-    hold_deep_nodes(stencil, solid.friction(), deep_layers, group);
-    store(stencil, places, blocks, group, acts, layer, dx, solid.reference_point(), &taken[static_cast<std::size_t>(layer - first_layer)]);
+    solve_rows(stencil, solid_.friction(), 0.5 * density_ * (end != nullptr ? end->height : dx) * dt_, end, group);
+    hold_deep_nodes(stencil, solid_.friction(), deep_layers, group);
+    if (end == nullptr) keep_inner(first, group);
+    store(stencil, places_, blocks, group, acts, first, dx, solid_.reference_point(),
+          &taken_[static_cast<std::size_t>(first - first_layer_)]);
   }
-  return {.first = first_layer, .sides = std::move(taken)};
+
+  /// Keeps the impulses of layers that bound others. @param first  number of the group's first layer
+  void keep_inner(std::int32_t first, const LayerGroup& group) {
+    for (EndLayer& end : ends_) {
+      if (end.inner < first || end.inner >= first + group_layers) continue;
+      for (const LayerGroup::RowLanes& row : group.row) end.inner_normal.push_back(row.normal[end.inner - first]);
+    }
+  }
+
+  Grid& grid_;
+  const SurfaceSolid& solid_;
+  NodePlaces places_;
+  double density_, dt_;
+  std::vector<EndLayer> ends_;
+  std::int32_t first_layer_ = 0;
+  std::vector<Impulse> taken_;  ///< by layer from first_layer_ on
+};
+
+}  // namespace
+
+ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid, double density, double gravity, double dt) {
+  return LayerContact(grid, solid, density, gravity, dt).solve();
 }
 
 }  // namespace mpm

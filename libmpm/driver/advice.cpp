@@ -300,16 +300,6 @@ Finding above_the_ground(const Impact& i, const std::string& table, double base,
                   "contact on the top and on the underside acts on the same nodes, so that snow on one side feels that on the other",
                   fmt::format("take numerics.cell_size_m = {} (three cells)", at_most(thickness / least))};
   }
-  // Its sides act on the layers of nodes between underside and top; each stands for a cell.
-  const double shift = i.c.numerics.grid_offset.z(), rounding = 1e-9, cells = thickness / i.dx();
-  const double layers = std::floor(top / i.dx() + shift + rounding) - std::ceil(base / i.dx() + shift - rounding) + 1.0, most = 1.05;
-  if (i.c.numerics.contact == ContactRule::surface && layers > most * cells) {
-    return Advice{table + "_base", fmt::format("{} layers of nodes from {}.base_m to height_m, {} cells", n(layers), table, n(cells)),
-                  fmt::format("the sides act as if they were {} cells high: a force across the flow is up to {:.0f} % too high", n(layers),
-                              100.0 * (layers / cells - 1.0)),
-                  "put underside and top a whole number of cells apart and midway between layers (numerics.grid_offset_cells = "
-                  "[0, 0, 0.5] where they are on layers), or take more cells"};
-  }
   if (base < bound) return {};
   return Advice{table + "_base", fmt::format("{}.base_m = {} m is above Bernoulli's bound H + v^2/2g = {} m", table, n(base), n(bound)),
                 "a steady flow passes below it; only the first splash may reach it", "check the value"};

@@ -251,10 +251,10 @@ TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdg
       const ContactRow& neighbour = row_at(row.edge.neighbour);
       if (key(normal_of(whole, neighbour)) != normal) {  // in the margin: as much as the end round the edge, by width
         ++margins;
-        EXPECT_NEAR(row.edge.strip, ContactStencil::edge_margin * dx, 1e-12);
-        EXPECT_NEAR(from_corner(row.point), 0.5 * row.edge.strip, 1e-9);
+        EXPECT_NEAR(row.width, ContactStencil::edge_margin * dx, 1e-12);
+        EXPECT_NEAR(from_corner(row.point), 0.5 * row.width, 1e-9);
         EXPECT_LT(from_corner(neighbour.point), 1.5 * dx);
-        EXPECT_NEAR(row.edge.at_rest, row.edge.strip / (neighbour.edge.strip - row.edge.strip), 1e-9) << "uniform pressure";
+        EXPECT_NEAR(row.edge.at_rest, row.width / (neighbour.width - row.width), 1e-9) << "uniform pressure";
         EXPECT_TRUE(row.edge.in_margin());
         continue;
       }
@@ -264,10 +264,9 @@ TEST_P(Stencil, ComparesTheEndsOfALongSideWithTheNextPointAndWithThatRoundTheEdg
       EXPECT_NE(key(normal_of(whole, row_at(row.adjacent))), normal) << "on another side";
       // no end is nearer to the inner point, and the edge bounds the strip that reaches half-way to it
       const double gap = (inner - row.point).norm();
-      const Vec2 edge = row.point + (row.edge.strip / gap - 0.5) * (row.point - inner);
-      EXPECT_NEAR(row.edge.at_rest, row.edge.strip / gap, 1e-9) << "uniform pressure";
-      EXPECT_NEAR(row.edge.free, root_integral(0.0, row.edge.strip) / root_integral(row.edge.strip, row.edge.strip + gap), 1e-9)
-          << "a free jet";
+      const Vec2 edge = row.point + (row.width / gap - 0.5) * (row.point - inner);
+      EXPECT_NEAR(row.edge.at_rest, row.width / gap, 1e-9) << "uniform pressure";
+      EXPECT_NEAR(row.edge.free, root_integral(0.0, row.width) / root_integral(row.width, row.width + gap), 1e-9) << "a free jet";
       EXPECT_LE(from_corner(edge), 1e-9);
       EXPECT_LE((round - edge).norm(), 1.5 * dx + 1e-9) << "half a side of one point, which has less than 3 cells";
     }
@@ -341,7 +340,7 @@ TEST_P(Stencil, BoundsTheColumnsOfItsTopAtEdgesByTheirStrips) {
     EXPECT_GT(depth_of(inner), depth);
     EXPECT_NEAR(column.edge.at_rest, carried(depth) / carried(depth_of(inner)), 1e-9) << "uniform pressure";
     EXPECT_NEAR(column.edge.free, root_law(depth) / root_law(depth_of(inner)), 1e-9) << "a free jet";
-    EXPECT_NEAR(column.edge.strip, (depth + 0.5) * dx, 1e-9);
+    EXPECT_NEAR(column.strip, (depth + 0.5) * dx, 1e-9);
   }
   if (has_inside) {
     EXPECT_GT(bounded, 8);

@@ -618,7 +618,7 @@ inline void Solver::act_at_surface(const SurfaceSolid& solid, double dt) {
               if (n != nullptr) squared_speed = std::max(squared_speed, 4.0 * n->v.squaredNorm());
             }
           }
-          const double fall = 0.5 * law_.density * squared_speed * edge.strip * dx_ * dt;
+          const double fall = 0.5 * law_.density * squared_speed * row.width * dx_ * dt;
           strongest = edge.at_rest * inner - std::min((edge.at_rest - edge.free) * inner, fall);
           if (row.adjacent >= 0) strongest = std::max(strongest, -rows[static_cast<std::size_t>(row.adjacent)].normal);
         }

@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Outlines, SurfaceContact, ::testing::ValuesIn(outlines(
 constexpr double speed = 20.0;  ///< m/s, of an impact
 
 /// With the density of snow, in a step of a millisecond.
-ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) { return apply_surface_contact(grid, solid, 300.0, 1e-3); }
+ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid) { return apply_surface_contact(grid, solid, 300.0, 0.0, 1e-3); }
 
 /// The largest part of a point's impulse that its neighbour on the same side feels, at nodes of equal mass.
 double largest_overlap(const ContactStencil& stencil) {
@@ -262,7 +262,7 @@ TEST_P(SurfaceContact, GivesTheSameBitsOnAnyNumberOfThreadsAndWhereverBlocksEnd)
 }
 
 TEST_P(SurfaceContact, ActsOnTheLayersUpToItsTop) {
-  const double top = 1.5 * dx;
+  const double top = 1.7 * dx;
   Grid before = filled(outline, random), after = filled(outline, random), tall_after = filled(outline, random);
   const ContactImpulse recorded = apply_surface_contact(after, solid_of(outline, 0.3, top));
   apply_surface_contact(tall_after, solid_of(outline, 0.3));
@@ -272,6 +272,39 @@ TEST_P(SurfaceContact, ActsOnTheLayersUpToItsTop) {
   for (std::size_t k = 0; k < recorded.layers().layer.size(); ++k) {
     const int layer = recorded.layers().first + static_cast<int>(k);
     EXPECT_EQ(recorded.layers().layer[k].isZero(0.0), layer > 1 || layer < first_node(low[2])) << layer;
+  }
+}
+
+/// A uniform flow against the whole surface: a layer within half a cell of top or underside takes the part of the layer inwards that its
+/// strip has, less where the flow leaves along the side; gravity adds its pressure at the underside.
+TEST_P(SurfaceContact, BoundsTheLastLayerBelowItsTopAndAboveItsUnderside) {
+  const Field flow = [](const Index3&) { return node_of({speed, 0.0, 0.0}, 1.0); };
+  for (const double depth : {0.0, 0.3, 0.5}) {
+    constexpr int lowest = -3, highest = 3;
+    const UprightSolid solid{.outline = outline, .base = (lowest - depth) * dx, .top = (highest + depth) * dx};
+    const auto along_flow = [&](double gravity) {
+      Grid grid = filled(outline, flow);
+      std::map<int, double> by_layer;
+      const LayerImpulses layers =
+          apply_surface_contact(grid, SurfaceSolid(solid, 0.0, Vec3::Zero(), dx, {}), 300.0, gravity, 1e-3).layers();
+      for (std::size_t k = 0; k < layers.layer.size(); ++k) by_layer[layers.first + static_cast<int>(k)] = layers.layer[k].x();
+      return by_layer;
+    };
+    std::map<int, double> impulse = along_flow(0.0), heavy = along_flow(-500.0);
+    const double inner = impulse[highest - 1], bound = (depth + 0.5) * inner;
+    const EdgeBound edge = bound_by_depth(depth, depth + 1.0);
+    EXPECT_DOUBLE_EQ(edge.at_rest, depth + 0.5);
+    EXPECT_GT(inner, 0.0);
+    for (int layer = lowest + 1; layer < highest; ++layer) EXPECT_DOUBLE_EQ(impulse[layer], inner) << layer;
+    for (const int end : {lowest, highest}) {
+      EXPECT_LE(impulse[end], bound * (1.0 + round_off));
+      EXPECT_GE(impulse[end], edge.free * inner * (1.0 - round_off));
+    }
+    EXPECT_DOUBLE_EQ(impulse[lowest], impulse[highest]);
+    EXPECT_DOUBLE_EQ(heavy[highest], impulse[highest]) << "the pressure falls towards the top";
+    EXPECT_GT(heavy[lowest], impulse[lowest]);
+    EXPECT_EQ(impulse[lowest - 1], 0.0);
+    EXPECT_EQ(impulse[highest + 1], 0.0);
   }
 }
 

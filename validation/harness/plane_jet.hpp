@@ -19,7 +19,9 @@ struct PlaneJetSetting {
   std::string id = {};                  ///< of the set-up; empty: "cells7"
   double ratio = 0.75;                  ///< width of the obstacle over thickness d of the jet, nearly: d is made an even number of cells
   double cfl = 0.4;                     ///< CFL number
-  double shift_x = 0.0, shift_y = 0.0;  ///< of the scene against the grid, cells; half is computed if shift_y = 0
+  double shift_x = 0.0, shift_y = 0.0;  ///< of the scene against the grid along and across the jet, cells
+  bool upright = false;                 ///< the plane of the jet is vertical: the obstacle's width is its height, and all is computed;
+                                        ///< else half, if shift_y = 0
   Transfer transfer = Transfer::aflip;  ///< between particles and grid
   double flip_ratio = 0.95;             ///< Transfer::flip: share of FLIP
   ContactRule contact = ContactRule::surface;  ///< of the obstacle
@@ -50,7 +52,16 @@ Setup plane_jet_setup(const Case& base, const PlaneJetSetting& setting);
 /// The set-ups of runs for other solvers.
 std::vector<Setup> plane_jet_setups(const CaseContext& context, const std::vector<NamedJet>& runs);
 
-/// Makes the run, or reads it. @param observe  called with the particles at every sample of the steady flow, if any
+/// Lengths across a jet.
+struct JetGeometry {
+  double width;           ///< of the obstacle, m
+  double half_thickness;  ///< b, m
+};
+/// Of the scene of a set-up.
+JetGeometry jet_geometry(const Case& scene);
+
+/// Makes the run, or reads it. @param observe  called at every sample of the steady flow with the particles, if any: as those of a
+/// horizontal jet with its axis on y = 0
 PlaneJetForce play_plane_jet(const CaseContext& context, const Setup& setup, const std::function<void(const Instant&)>& observe = {});
 
 }  // namespace mpm::validation

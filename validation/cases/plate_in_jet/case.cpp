@@ -145,10 +145,11 @@ void measure_edges(Measured& m, const PlateInJet& exact, const SheetEdges& sheet
   }
 }
 
-Measured run_jet(const CaseContext& context, const Setting& s, const Setup& setup) {
+Measured run_jet(const CaseContext& context, const Setup& setup) {
   const Case& c = setup.spec;
-  const double l = c.obstacle->width(), u = c.bodies[0].velocity.x(), density = c.material.density(), dx = l / s.cells,
-               b = c.bodies[0].max.y();
+  const JetGeometry across = jet_geometry(c);
+  const double l = across.width, b = across.half_thickness;
+  const double u = c.bodies[0].velocity.x(), density = c.material.density(), dx = c.numerics.cell_size;
   FlowSums sums(dx, 0.5 * l, b);
   SheetEdges sheet(dx, b);
   const PlaneJetForce run = play_plane_jet(context, setup, [&](const Instant& now) {
@@ -185,8 +186,7 @@ Measured run_jet(const CaseContext& context, const Setting& s, const Setup& setu
 
 std::vector<Measured> run_all(const CaseContext& context, const Case& base, const std::vector<Setting>& settings) {
   std::vector<Measured> all(settings.size());
-  play_in_parallel(context, settings.size(),
-                   [&](std::size_t i) { all[i] = run_jet(context, settings[i], plane_jet_setup(base, settings[i])); });
+  play_in_parallel(context, settings.size(), [&](std::size_t i) { all[i] = run_jet(context, plane_jet_setup(base, settings[i])); });
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Setting& s = settings[i];
     context.log(
@@ -212,11 +212,16 @@ std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants)
     runs.push_back({"7 cells, grid moved by 0.3 and 0.4 cells", {.cells = 7, .id = "moved", .shift_x = 0.3, .shift_y = 0.4}});
     runs.push_back({"7 cells, CFL 0.2", {.cells = 7, .id = "cfl-0.2", .cfl = 0.2}});
     runs.push_back({"7 cells, CFL 1", {.cells = 7, .id = "cfl-1", .cfl = 1.0}});
+    for (const double shift : {0.0, 0.3, 0.5}) {
+      runs.push_back({fmt::format("upright, 6 cells, edges {} cells from layers of nodes", shift),
+                      {.cells = 6, .id = fmt::format("upright-{}", shift), .shift_y = shift, .upright = true}});
+    }
     runs.push_back({"7 cells, FLIP 0.99", {.cells = 7, .id = "flip-0.99", .transfer = Transfer::flip, .flip_ratio = 0.99}});
   }
   if (context.level() == Level::quick) return runs;
   for (const int cells : {5, 12, 13}) runs.push_back({fmt::format("{} cells", cells), {.cells = cells}});
   if (with_variants) {
+    runs.push_back({"upright, 12 cells", {.cells = 12, .id = "upright-fine", .upright = true}});
     runs.push_back({"7 cells, FLIP 0.95", {.cells = 7, .id = "flip-0.95", .transfer = Transfer::flip}});
     runs.push_back({"7 cells, CFL 0.1", {.cells = 7, .id = "cfl-0.1", .cfl = 0.1}});
     for (const double shift : {0.25, 0.75})
