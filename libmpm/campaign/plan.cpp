@@ -4,8 +4,11 @@
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
+#include <array>
 #include <cctype>
 #include <filesystem>
+#include <optional>
 
 #include "libmpm/config/toml_text.hpp"
 
@@ -93,16 +96,23 @@ std::string write_plan(const CampaignPlan& plan) {
   }
   toml::table base;
   toml::table tables = toml::parse(plan.base_text);
-  for (const char* key : {"conveyor.inflow_csv", "terrain.file"}) {  // relative to the base, and this plan is in another folder
-    if (auto* const name = tables.at_path(key).as_string())
-      *name = (std::filesystem::absolute(plan.base_name).parent_path() / name->get()).string();
+  const std::array<std::string, 2> files = {"conveyor.inflow_csv", "terrain.file"};  // relative to the base, and this plan is elsewhere
+  const auto beside_base = [&](const std::string& name) {
+    return (std::filesystem::absolute(plan.base_name).parent_path() / name).string();
+  };
+  for (const std::string& key : files) {
+    if (auto* const name = tables.at_path(key).as_string()) *name = beside_base(name->get());
   }
   base.insert("base", std::move(tables));
   out += fmt::format("\n{}\n", config::toml_text(base));
   for (const PlannedRun& run : plan.runs) {
     out += fmt::format("\n[[run]]\nname = {}\n", toml_string(run.name));
     std::vector<std::string> set;
-    for (const Setting& x : run.settings) set.push_back(fmt::format("{} = {}", toml_string(x.key), x.value));
+    for (const Setting& x : run.settings) {
+      const auto file = std::ranges::find(files, x.key) != files.end() ? toml::parse("value = " + x.value)["value"].value<std::string>()
+                                                                       : std::optional<std::string>();
+      set.push_back(fmt::format("{} = {}", toml_string(x.key), file ? toml_string(beside_base(*file)) : x.value));
+    }
     if (!set.empty()) out += fmt::format("set = {{ {} }}\n", fmt::join(set, ", "));
   }
   return out;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <optional>
 #include <regex>
+#include <set>
 #include <system_error>
 #include <tuple>
 
@@ -175,16 +176,32 @@ std::vector<PlanInput::Entry> PlanInput::in_order(const toml::table& table) {
   return entries;
 }
 
+void PlanInput::once(const std::string& key, const std::vector<std::string>& others, const toml::source_region& source,
+                     const std::string& where) {
+  const std::vector<std::string> rivals = case_schema().rivals(key);
+  for (const std::string& other : others) {
+    if (key.empty() || (other != key && std::ranges::find(rivals, other) == rivals.end())) continue;
+    return problem(source, where,
+                   other == key ? fmt::format("{} is given twice; give it once", key)
+                                : fmt::format("{} and {} set the same quantity; give one of them", other, key));
+  }
+}
+
 std::vector<Setting> PlanInput::settings(const toml::table& table, const std::string& where, const std::string& name) {
   std::vector<Setting> list;
   if (const toml::table* set = table_at(table, where, name.c_str())) {
+    const std::string here = fmt::format("{}{}{}:", where, where.empty() ? "" : " ", name);
+    std::vector<std::string> keys;
     for (const Entry& e : in_order(*set)) {
       if (given_up()) break;
       if (list.size() == most_settings) {
         problem(e.source, where, fmt::format("{} has more than {} keys", name, most_settings));
         break;
       }
-      put(list, {key_meant(e.key, e.source, fmt::format("{}{}{}:", where, where.empty() ? "" : " ", name)), toml_text(*e.node)});
+      const std::string key = key_meant(e.key, e.source, here);
+      once(key, keys, e.source, here);
+      keys.push_back(key);
+      put(list, {key, toml_text(*e.node)});
     }
   }
   return list;
@@ -209,8 +226,11 @@ std::optional<std::string> value_of(const PlanBlocks& blocks, const std::vector<
   return node && !node.is_table() ? std::optional(config::toml_text(*node.node())) : std::nullopt;
 }
 
-/// Settings by the rules for a run with these settings.
-std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& rules, const std::vector<Setting>& settings) {
+using Matched = std::set<const Rule*>;
+
+/// Settings by the rules for a run with these settings. @param rules_that_match  those that match it are added
+std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& rules, const std::vector<Setting>& settings,
+                             Matched& rules_that_match) {
   std::vector<Setting> given;
   for (const Rule& rule : rules) {
     const auto has = [&](const Setting& s) {
@@ -220,20 +240,22 @@ std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& 
     const auto is_one_of = [&](const std::vector<Choice>& choices) {
       return std::ranges::any_of(choices, [&](const Choice& choice) { return std::ranges::all_of(choice.settings, has); });
     };
-    if (std::ranges::all_of(rule.match, is_one_of)) put(given, rule.set);
+    if (!std::ranges::all_of(rule.match, is_one_of)) continue;
+    rules_that_match.insert(&rule);
+    put(given, rule.set);
   }
   return given;
 }
 
 /// Later settings override earlier ones: the plan's, those of its rules, the block's, those of its rules, the run's own.
-PlannedRun planned_run(const PlanBlocks& blocks, const Crossing& block, NamedSettings own) {
+PlannedRun planned_run(const PlanBlocks& blocks, const Crossing& block, NamedSettings own, Matched& rules_that_match) {
   std::vector<Setting> all = blocks.set;
   put(all, block.set);
   put(all, own.settings);
   PlannedRun run{std::move(own.name), blocks.set};
-  put(run.settings, matched(blocks, blocks.rules, all));
+  put(run.settings, matched(blocks, blocks.rules, all, rules_that_match));
   put(run.settings, block.set);
-  put(run.settings, matched(blocks, block.rules, all));
+  put(run.settings, matched(blocks, block.rules, all, rules_that_match));
   put(run.settings, own.settings);
   return run;
 }
@@ -311,10 +333,23 @@ std::vector<PlannedRun> expand(const PlanBlocks& blocks) {
     }
     runs.push_back(std::move(run));
   };
+  Matched rules_that_match;
   for (const Crossing& crossing : blocks.crossings) {
-    for (NamedSettings& run : crossed(crossing, blocks)) add(planned_run(blocks, crossing, std::move(run)));
+    for (NamedSettings& run : crossed(crossing, blocks)) add(planned_run(blocks, crossing, std::move(run), rules_that_match));
   }
-  for (const NamedSettings& row : blocks.rows) add(planned_run(blocks, {}, {name_of(row, blocks.labels), row.settings}));
+  for (const NamedSettings& row : blocks.rows) add(planned_run(blocks, {}, {name_of(row, blocks.labels), row.settings}, rules_that_match));
+  const auto check = [&](const std::vector<Rule>& rules) {
+    for (const Rule& rule : rules) {
+      if (rule.name.empty() || rules_that_match.contains(&rule)) continue;
+      throw ConfigError(
+          fmt::format("{}: {} matches no run; compare its values with those of [parameters], [[grid]], [[run]], [set] and the base case, "
+                      "which has to give a key itself: a default does not match",
+                      blocks.plan.file, rule.name));
+    }
+  };
+  if (runs.empty()) return runs;
+  check(blocks.rules);
+  for (const Crossing& crossing : blocks.crossings) check(crossing.rules);
   return runs;
 }
 

@@ -22,6 +22,7 @@ using Choice = NamedSettings;
 
 /// [[when]]: the settings of runs that have certain values.
 struct Rule {
+  std::string name;                        ///< in a message that it matches no run; empty: of an included file, which may serve other plans
   std::vector<std::vector<Choice>> match;  ///< a run matches if it has the settings of one choice of each
   std::vector<Setting> set;                ///< for the runs that match
 };
@@ -50,7 +51,7 @@ void put(std::vector<Setting>& settings, const Setting& s);
 /// Adds several, in their order.
 void put(std::vector<Setting>& settings, const std::vector<Setting>& more);
 
-/// The runs of the blocks, in the order of the plan. @throws ConfigError for a crossing of too many runs
+/// The runs of the blocks, in the order of the plan. @throws ConfigError for a crossing of too many runs, and for rules that match none
 [[nodiscard]] std::vector<PlannedRun> expand(const PlanBlocks& blocks);
 
 /// Reads values, and records their errors. A value with an error is empty, or the preset.
@@ -102,6 +103,8 @@ class PlanInput {
                                             std::size_t most = most_runs);
   /// The key of a case that is meant: this one, or, once an unknown one is reported, the most similar (empty: there is none).
   std::string key_meant(const std::string& key, const toml::source_region& source, const std::string& where);
+  /// Reports a key that is one of others, or sets the same quantity as one of them.
+  void once(const std::string& key, const std::vector<std::string>& others, const toml::source_region& source, const std::string& where);
   /// Settings of the table `name`, for keys of a case.
   std::vector<Setting> settings(const toml::table& table, const std::string& where, const std::string& name);
 

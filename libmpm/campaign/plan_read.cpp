@@ -84,13 +84,14 @@ class BlockReader : private PlanInput {
     }
   }
 
-  std::vector<Rule> rules(const toml::table& table, const std::string& where) {
+  /// @param own  of the plan itself, not of an included file
+  std::vector<Rule> rules(const toml::table& table, const std::string& where, bool own) {
     std::vector<Rule> list;
     int number = 0;
     for (const toml::table* entry : tables_at(table, where, "when", most_rules)) {
       const std::string here = fmt::format("{}[[when]] {}", where.empty() ? "" : where + " ", ++number);
       only(*entry, here, {"match", "set"});
-      Rule rule;
+      Rule rule{.name = own ? here : "", .match = {}, .set = {}};
       if (const toml::table* match = table_at(*entry, here, "match")) {
         std::vector<std::string> seen;
         for (const Entry& e : in_order(*match)) {
@@ -109,14 +110,12 @@ class BlockReader : private PlanInput {
   }
 
   /// "a, b": the keys that take their values together.
-  std::vector<std::string> keys_together(const Entry& e, const std::string& here, std::vector<std::string>& seen) {
+  std::vector<std::string> keys_together(const Entry& e, const std::string& here) {
     std::vector<std::string> keys;
     std::istringstream names(e.key);
     for (std::string key; std::getline(names, key, ',');) {
       key = key_meant(std::string(trimmed(key, " ")), e.source, here);
-      if (!key.empty() && std::ranges::find(seen, key) != seen.end())
-        problem(e.source, here, fmt::format("{} is given twice; give it once", key));
-      seen.push_back(key);
+      once(key, keys, e.source, here);
       keys.push_back(key);
     }
     return keys;
@@ -165,15 +164,26 @@ class BlockReader : private PlanInput {
     return rows;
   }
 
-  /// The choices of an axis.
-  std::vector<Choice> axis(const Entry& e, const std::string& here, std::vector<std::string>& seen) {
+  /// The choices of an axis. @param earlier  keys of axes before it, to which its own are added
+  std::vector<Choice> axis(const Entry& e, const std::string& here, std::vector<std::string>& earlier) {
+    std::vector<Choice> choices = choices_of(e, here);
+    std::set<std::string> keys;
+    for (const Choice& choice : choices) {
+      for (const Setting& s : choice.settings) keys.insert(s.key);
+    }
+    for (const std::string& key : keys) once(key, earlier, e.source, here);
+    earlier.insert(earlier.end(), keys.begin(), keys.end());
+    return choices;
+  }
+
+  std::vector<Choice> choices_of(const Entry& e, const std::string& here) {
     const toml::node* choices = e.node;
     if (const auto name = choices->value_exact<std::string>()) {
       choices = list_named(*name, e, here);
       if (choices == nullptr) return {};
       if (const toml::table* list = choices->as_table()) return groups(*list, fmt::format("[lists.{}]", *name));
     }
-    const std::vector<std::string> keys = keys_together(e, here, seen);
+    const std::vector<std::string> keys = keys_together(e, here);
     const toml::array* values = choices->as_array();
     if (values == nullptr || values->empty()) {
       problem(e.source, here,
@@ -245,8 +255,11 @@ class BlockReader : private PlanInput {
       NamedSettings row{names[i], {}};
       if (const std::string why = name_problem(names[i]); !names[i].empty() && !why.empty())
         problem(source, where, fmt::format("row {}: name = {}", i + 1, why));
+      std::vector<std::string> filled;
       for (std::size_t k = 0; k < keys.size(); ++k) {
         if (cells[k][i].empty()) continue;
+        once(keys[k], filled, source, fmt::format("{} row {}:", where, i + 1));
+        filled.push_back(keys[k]);
         put(row.settings, {keys[k], toml_value(cells[k][i])});
       }
       blocks_.rows.push_back(std::move(row));
@@ -360,7 +373,7 @@ class BlockReader : private PlanInput {
     }
   }
 
-  void read_crossings(const toml::table& root) {
+  void read_crossings(const toml::table& root, bool own) {
     int number = 0;
     for (const toml::table* entry : tables_at(root, "", "grid")) {
       const std::string where = fmt::format("[[grid]] {}", ++number);
@@ -370,13 +383,13 @@ class BlockReader : private PlanInput {
       blocks_.crossings.push_back(
           {folder_name(*entry, where),
            parameters != nullptr ? axes(in_order(*parameters), where + " parameters:") : std::vector<std::vector<Choice>>{},
-           settings(*entry, where, "set"), rules(*entry, where)});
+           settings(*entry, where, "set"), rules(*entry, where, own)});
     }
   }
 
   void read_runs(const File& file) {
     const toml::table& root = file.root;
-    read_crossings(root);
+    read_crossings(root, &file == &files().front());
     int number = 0;
     for (const toml::table* entry : tables_at(root, "", "run")) {
       const std::string where = fmt::format("[[run]] {}", ++number);
@@ -419,7 +432,7 @@ class BlockReader : private PlanInput {
     read_slurm(root);
     read_stored_results(file);
     put(blocks_.set, settings(root, "", "set"));
-    for (Rule& rule : rules(root, "")) blocks_.rules.push_back(std::move(rule));
+    for (Rule& rule : rules(root, "", &file == &files().front())) blocks_.rules.push_back(std::move(rule));
     read_parameters(root);
   }
 

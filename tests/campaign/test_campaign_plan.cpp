@@ -1,5 +1,6 @@
 #include "libmpm/campaign/plan.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -78,9 +79,6 @@ set = { "output.duration_s" = 2 }
 [[when]]
 match = { "conveyor.froude_number" = 5.0, "material.model" = "hencky_elastic" }
 set = { "output.duration_s" = 3 }
-[[when]]
-match = { "material.model" = "cohesive_cam_clay" }
-set = { "output.duration_s" = 99 }
 [[grid]]
 name = "a"
 parameters = { "conveyor.froude_number" = [1, 3, 5] }
@@ -100,6 +98,30 @@ set = { "conveyor.froude_number" = 3, "output.duration_s" = 6 }
   }
   EXPECT_EQ(duration, (std::map<std::string, std::string>{
                           {"a_fr1", "1"}, {"a_fr3", "2"}, {"a_fr5", "3"}, {"b_fr1", "4"}, {"b_fr3", "5"}, {"own", "6"}}));
+}
+
+TEST(CampaignPlan, RefusesRulesThatMatchNoRun) {
+  const auto with_rule = [](const std::string& match, const std::string& in_grid = "") {
+    return fmt::format(
+        "[[when]]\nmatch = {{ {} }}\nset = {{ \"output.duration_s\" = 2 }}\n[[grid]]\nname = \"g\"\n"
+        "parameters = {{ \"conveyor.froude_number\" = [1, 3] }}\n{}",
+        match, in_grid);
+  };
+  EXPECT_EQ(plan_of(with_rule("\"conveyor.froude_number\" = 3.0")).runs.size(), 2U);
+  EXPECT_TRUE(contains(refusal(with_rule("\"conveyor.froude_number\" = \"3\"")), "[[when]] 1 matches no run"));
+  EXPECT_TRUE(contains(refusal(with_rule("\"numerics.cfl\" = 1.0")), "a default does not match"));
+  const std::string rule = "when = [{ match = { \"conveyor.froude_number\" = 5 }, set = { \"numerics.cfl\" = 0.3 } }]\n";
+  EXPECT_TRUE(contains(refusal(with_rule("\"conveyor.froude_number\" = 3", rule)), "[[grid]] 1 [[when]] 1 matches no run"));
+}
+
+TEST(CampaignPlan, RefusesTwoKeysOfOneQuantityInOnePlace) {
+  const std::string two = "conveyor.velocity_m_s and conveyor.froude_number set the same quantity; give one of them";
+  EXPECT_TRUE(contains(refusal("[[run]]\nset = { \"conveyor.velocity_m_s\" = 4.0, \"conveyor.froude_number\" = 1 }\n"), two));
+  EXPECT_TRUE(contains(refusal("[parameters]\n\"conveyor.velocity_m_s\" = [4.0]\n\"conveyor.froude_number\" = [1]\n"), two));
+  EXPECT_TRUE(contains(refusal("[lists.speeds]\nslow = { \"conveyor.velocity_m_s\" = 4.0 }\n"
+                               "[parameters]\nspeed = \"speeds\"\n\"conveyor.froude_number\" = [1]\n"),
+                       two));
+  EXPECT_TRUE(contains(refusal("[[run]]\nset = { \"numerics.cfl\" = 0.4, numerics.cfl = 0.3 }\n"), "numerics.cfl is given twice"));
 }
 
 TEST(CampaignPlan, OneOfFroudeNumberAndVelocityReplacesTheOther) {
@@ -186,6 +208,7 @@ set = { "output.duration_s" = 3 }
 "numerics.cfl" = []
 "numerics.cfl, numerics.slope_deg" = [[0.4, 0.0], [0.3]]
 "numerics.gravity_m_s2" = [9.81, 9.81]
+"numerics.slope_deg" = [1.0]
 [[run]]
 name = "../up"
 [[run]]
@@ -196,7 +219,7 @@ name = "../up"
         "plan.toml:5:9: ranks = -1; give an integer in [1, 100000]", "plan.toml:6:12: launcher: no word says how many ranks it starts",
         "plan.toml:8:1: set: unknown key numerics.cell_sise_m; did you mean \"numerics.cell_size_m\"?",
         "did you mean \"conveyor.froude_number\"?", "[[when]] 1 has no match", "numerics.cfl = [] is empty; give a list of values",
-        "numerics.cfl is given twice", "[0.3] does not give the 2 keys a value each", "9.81 is given twice",
+        "numerics.slope_deg is given twice", "[0.3] does not give the 2 keys a value each", "9.81 is given twice",
         "name = \"../up\" names no folder", "[[run]] 2 is empty"}) {
     EXPECT_TRUE(contains(reported, part)) << part << "\n in \n" << reported;
   }
@@ -474,8 +497,11 @@ TEST(CampaignPlan, IsBoundedInRunsKeysAndRules) {
 
 TEST(PlanFile, NamesFilesOfItsBaseFromAnyFolder) {
   CampaignPlan plan = parse_plan(
-      "[base.conveyor]\ninflow_csv = \"surge.csv\"\n[base.terrain]\nfile = \"/hill.asc\"\n[[run]]\nname = \"a\"\n", "/sites/plan.toml");
+      "[base.conveyor]\ninflow_csv = \"surge.csv\"\n[base.terrain]\nfile = \"/hill.asc\"\n[[run]]\nname = \"a\"\n"
+      "[[run]]\nset = { \"conveyor.inflow_csv\" = \"thaw.csv\" }\n",
+      "/sites/plan.toml");
   const std::string text = write_plan(plan);
+  EXPECT_NE(text.find("\"conveyor.inflow_csv\" = \"/sites/thaw.csv\""), std::string::npos) << text;
   EXPECT_NE(text.find("/sites/surge.csv"), std::string::npos) << text;
   EXPECT_NE(text.find("/hill.asc"), std::string::npos) << text;
   EXPECT_EQ(write_plan(parse_plan(text, "/other/plan.toml")), text);
