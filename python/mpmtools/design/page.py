@@ -14,7 +14,7 @@ from mpmtools.design import comparison, figures, page_tables, scaling, what_deci
 from mpmtools.design.cautions import accuracy, advice_rows
 from mpmtools.design.data_files import design_json, write_tables
 from mpmtools.design.ensemble import Ensemble
-from mpmtools.design.headlines import design_rows, marked
+from mpmtools.design.headlines import design_rows, longer, marked
 from mpmtools.design.loads import all_modes
 from mpmtools.design.results import FORCES, MOMENTS, Results, is_oblique
 from mpmtools.design.rounding import short, upward, with_unit
@@ -85,7 +85,7 @@ def make_page(folder):
         environment.filters.update(inline=inline, short=short, css=css_text, cosine=math.cos, sine=math.sin)
         page = environment.get_template("design_page.html.j2").render(
             style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", stamp=stamp(ensemble),
-            design=design, advice=advice, level=LEVELS[plan["level"]], accuracy=uncertain, not_steady=results.not_steady,
+            design=design, advice=advice, level=LEVELS[plan["level"]], accuracy=uncertain, not_steady=results.not_steady, longer=longer(plan),
             oblique=is_oblique(plan), middle_width=middle.run.obstacle_width, base=ensemble.base, axis=middle.axis, slope=math.radians(plan["flow"]["slope_deg"]),
             snows=page_tables.snow_table(plan), loads=page_tables.load_table(ensemble, results),
             line_load=page_tables.line_load_table(results, plan), reactions=page_tables.reaction_table(ensemble, results),

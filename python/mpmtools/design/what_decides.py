@@ -66,7 +66,8 @@ def ensemble_text(ensemble, results, rows):
 
 def beyond_fit(unknown):
     """@param unknown  scaling.unknown_snows()"""
-    return f"{unknown} is beyond the fit (M' {scaling.FITTED[0]:g} to {scaling.FITTED[1]:g}); compute it with a site file of its own"
+    low, high = scaling.FITTED
+    return f"{unknown} is beyond the fit (M' {low:g} to {high:g}, continued to {scaling.CONTINUED * high:.2f}); compute it with a site file of its own"
 
 
 def scenario_rows(ensemble, results):
