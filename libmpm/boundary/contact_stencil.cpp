@@ -289,7 +289,7 @@ void add_extensions(StencilBuilder& builder, const Outline& outline, const std::
 }  // namespace
 
 EdgeBound bound_by_depth(double depth, double inner) {
-  return {.at_rest = (depth + 0.5) / std::min(inner + 0.5, 1.0), .free = root_law(depth) / root_law(inner)};
+  return {.at_rest = std::min(depth + 0.5, 1.0) / std::min(inner + 0.5, 1.0), .free = root_law(depth) / root_law(inner)};
 }
 
 ContactStencil contact_stencil(const Outline& outline, double cell_size, const MirrorPlanes& mirror) {

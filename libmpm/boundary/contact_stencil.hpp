@@ -35,8 +35,9 @@
 ///
 /// Top and underside act on columns of nodes (core/folded_wall.hpp). A column represents the strip of the face within half a cell of it.
 /// The last columns before an edge, those less than half a cell from it on either side, are bounded by the same laws as the end points of a
-/// side: the strip of a column at a depth d inside the edge ends at d + 1/2, and begins at the edge or at d - 1/2. So is, point by point,
-/// the last layer of the sides below the top or above the underside, where it is within half a cell of it (core/surface_contact.hpp).
+/// side: the strip of a column at a depth d inside the edge ends at d + 1/2, and begins at the edge or at d - 1/2. So are, point by point,
+/// the layers of the sides at the top and at the underside: the last one inside, and the next where it is less than half a cell outside
+/// (core/surface_contact.hpp).
 
 #include <array>
 #include <optional>

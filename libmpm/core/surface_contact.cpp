@@ -20,14 +20,14 @@ constexpr double least_weight = 0.3;      ///< sum of the weights of a point's n
 constexpr int group_layers = lane_count;  ///< solved at once
 constexpr int group_blocks = group_layers / block_edge;
 
-/// The last layer of nodes below the top or above the underside. It represents half a cell to both sides: what lies beyond the face flows
-/// past, and the points stop only as much of it as the face carries.
+/// The last layer of nodes inside, below the top or above the underside, or the next one if it is within half a cell of the face. What lies
+/// beyond the face flows past, and the points stop only as much of these layers as the face carries.
 struct EndLayer {
   std::int32_t layer = 0, inner = 0;  ///< numbers of it and of the next one inwards
   double height = 0.0;                ///< of the strip of the sides that it represents, m
   EdgeBound bound;                    ///< by the impulses of the layer inwards
   double rise = 0.0;  ///< impulse on one metre of it by which gravity raises the pressure from the layer inwards to the edge, N s/m
-  std::vector<double> inner_normal;  ///< by row: impulse in the layer inwards
+  std::vector<double> inner_normal = {};  ///< by row: impulse in the layer inwards
 
   /// Bound of the impulse of a row. @param width  of its strip in the computed part, m. @param fall  as in EdgeBound
   [[nodiscard]] Lanes largest(std::size_t row, double width, const Lanes& fall) const {
@@ -35,23 +35,24 @@ struct EndLayer {
   }
 };
 
-/// The end layers of a solid: none where a face is more than half a cell from its last layer, and of a solid too thin for a layer inwards.
+/// The layers at the faces of a solid, each after the one that bounds it. Of a solid too thin for a layer further inside there are none.
 /// @param weight  density times gravity along z times dt, N s/m^3
 std::vector<EndLayer> end_layers(const UprightSolid& solid, double dx, double weight) {
   std::vector<EndLayer> ends;
   for (const double outward : {1.0, -1.0}) {
-    const double face = (outward > 0.0 ? solid.top : solid.base) / dx;
+    const double face = outward * (outward > 0.0 ? solid.top : solid.base) / dx;
     if (!std::isfinite(face)) continue;
-    const double layer = outward * std::floor(outward * face + on_surface), depth = outward * (face - layer), inner = layer - outward;
-    const double inner_depth = -solid.beyond(dx * inner) / dx;
-    if (depth > 0.5 || inner_depth < depth + on_surface) continue;
-    const double height = depth + 0.5;
-    ends.push_back({.layer = static_cast<std::int32_t>(layer),
-                    .inner = static_cast<std::int32_t>(inner),
-                    .height = height * dx,
-                    .bound = bound_by_depth(depth, inner_depth),
-                    .rise = std::max(0.0, outward * weight) * (depth + 1.0) * height * dx * dx,
-                    .inner_normal = {}});
+    const double last = std::floor(face + on_surface);
+    for (const double layer : {last, last + 1.0}) {
+      const double depth = face - layer, inner = layer - 1.0, inner_depth = -solid.beyond(outward * dx * inner) / dx;
+      if (depth < on_surface - 0.5 || inner_depth < depth + on_surface) continue;
+      const double height = std::min(depth + 0.5, 1.0) * dx;
+      ends.push_back({.layer = static_cast<std::int32_t>(outward * layer),
+                      .inner = static_cast<std::int32_t>(outward * inner),
+                      .height = height,
+                      .bound = bound_by_depth(depth, inner_depth),
+                      .rise = std::max(0.0, outward * weight) * (depth + 1.0) * height * dx});
+    }
   }
   return ends;
 }
@@ -215,7 +216,8 @@ Lanes largest_squared_speed(const ContactStencil& stencil, const ContactRow& row
 
 /// Each sweep solves the extensions, then the points, so that the points hold at its end; every other sweep backwards.
 /// @param end  the layer that is solved, if it is one; of the others the impulses are not used
-/// @param dynamic  impulse of the dynamic pressure over the square of the velocity, on a strip of a layer one metre wide: rho/2 dx dt
+/// @param dynamic  impulse of the dynamic pressure over the square of the velocity, on a strip of a layer one metre wide: rho/2 times the
+/// height of the strip times dt
 void solve_rows(const ContactStencil& stencil, double friction, double dynamic, const EndLayer* end, LayerGroup& group) {
   const std::size_t points = stencil.point_rows, extensions = stencil.rows.size() - points;
   const Lanes unbounded = Lanes{} + 1e300;
@@ -302,9 +304,11 @@ class LayerContact {
         places_(solid.stencil()),
         density_(density),
         dt_(dt),
-        ends_(end_layers(solid.solid(), grid.cell_size(), density * gravity * dt)) {}
+        ends_(end_layers(solid.solid(), grid.cell_size(), density * gravity * dt)) {
+    for (EndLayer& end : ends_) end.inner_normal.assign(solid.stencil().rows.size(), 0.0);
+  }
 
-  /// Solves all layers, those at an end after the one that bounds them.
+  /// Solves all layers, those at an end last, each after the one that bounds it.
   ContactImpulse solve() {
     const auto [lowest, highest] = block_layers();
     if (highest < lowest) return {};
@@ -316,7 +320,6 @@ class LayerContact {
 #pragma omp parallel for schedule(dynamic, 1) firstprivate(group, blocks)
     for (std::int32_t g = from; g < from + groups; ++g) solve_group(g, nullptr, group, blocks);
     for (const EndLayer& end : ends_) {
-      if (end.inner_normal.empty()) continue;
       const std::int32_t g = block_of_node(end.layer) >> 1;
       if (g >= from && g < from + groups) solve_group(g, &end, group, blocks);
     }
@@ -363,16 +366,17 @@ class LayerContact {
     prepare_rows(stencil, group);
     solve_rows(stencil, solid_.friction(), 0.5 * density_ * (end != nullptr ? end->height : dx) * dt_, end, group);
     hold_deep_nodes(stencil, solid_.friction(), deep_layers, group);
-    if (end == nullptr) keep_inner(first, group);
+    keep_inner(first, acts, group);
     store(stencil, places_, blocks, group, acts, first, dx, solid_.reference_point(),
           &taken_[static_cast<std::size_t>(first - first_layer_)]);
   }
 
-  /// Keeps the impulses of layers that bound others. @param first  number of the group's first layer
-  void keep_inner(std::int32_t first, const LayerGroup& group) {
+  /// Keeps the impulses of layers that bound others. @param first  number of the group's first layer. @param acts  those that were solved
+  void keep_inner(std::int32_t first, const LaneMask& acts, const LayerGroup& group) {
     for (EndLayer& end : ends_) {
-      if (end.inner < first || end.inner >= first + group_layers) continue;
-      for (const LayerGroup::RowLanes& row : group.row) end.inner_normal.push_back(row.normal[end.inner - first]);
+      const std::int32_t lane = end.inner - first;
+      if (lane < 0 || lane >= group_layers || acts[lane] == 0) continue;
+      for (std::size_t r = 0; r < end.inner_normal.size(); ++r) end.inner_normal[r] = group.row[r].normal[lane];
     }
   }
 
@@ -386,6 +390,15 @@ class LayerContact {
 };
 
 }  // namespace
+
+std::vector<LayerRange> layers_of_ends(const UprightSolid& solid, double cell_size) {
+  std::vector<LayerRange> layers;
+  for (const EndLayer& end : end_layers(solid, cell_size, 0.0)) {
+    const std::int32_t outer = block_of_node(end.layer), inner = block_of_node(end.inner);
+    layers.push_back({2, std::min(outer, inner), std::max(outer, inner)});
+  }
+  return layers;
+}
 
 ContactImpulse apply_surface_contact(Grid& grid, const SurfaceSolid& solid, double density, double gravity, double dt) {
   return LayerContact(grid, solid, density, gravity, dt).solve();

@@ -7,6 +7,7 @@
 
 #include "libmpm/core/folded_terrain.hpp"
 #include "libmpm/core/folded_wall.hpp"
+#include "libmpm/core/surface_contact.hpp"
 
 namespace mpm {
 
@@ -46,6 +47,7 @@ JoinedBlocks::JoinedBlocks(const Scene& scene, double cell_size, double time) {
     if (solid == nullptr) continue;
     join_columns(*solid);
     for (const LayerRange& face : layers_of_faces(*solid, cell_size)) join(in_columns, face);
+    for (const LayerRange& ends : layers_of_ends(solid->solid(), cell_size)) join(in_columns, ends);
   }
   for (const std::int32_t below : in_columns) add(pairs_, below >> 1, (below + 1) >> 1);
 }

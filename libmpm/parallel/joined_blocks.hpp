@@ -10,8 +10,8 @@
 namespace mpm {
 
 /// The blocks that are joined in a scene at some time:
-/// - the two layers that the columns of a folded wall or of a solid's top or underside reach into, where these are two; the last layer of
-///   nodes of its sides, and the one inwards that bounds it (core/surface_contact.hpp), are among the nodes of these columns,
+/// - the two layers that the columns of a folded wall or of a solid's top or underside reach into, where these are two,
+/// - those of the layers of nodes at a solid's top or underside, and of those that bound them (core/surface_contact.hpp),
 /// - all layers from the lowest to the highest that the columns on uneven ground reach into,
 /// - around a solid that acts at its surface: all columns of blocks that its stencil touches, two blocks in height, because the
 ///   contact is solved for two at once.

@@ -82,12 +82,14 @@ TEST(JoinedBlocks, HoldEachStencilOfASolidTogetherInPairsOfLayers) {
     for (const auto& [face, up] : {std::pair{solid.solid().top, 1}, {solid.solid().base, -1}}) {
       if (!std::isfinite(face)) continue;
       const auto master = up * static_cast<std::int32_t>(std::ceil(up * face / cell + 0.5 - 1e-9));
-      const double end = std::floor(up * face / cell + 1e-9);  // layer of nodes: with the one inwards among the column's, if bounded
-      EXPECT_TRUE(up * face / cell - end > 0.5 || end == up * master - 1.0) << name;
+      const auto last = static_cast<std::int32_t>(std::floor(up * face / cell + 1e-9));  // layer of nodes inside
       for (const auto& column : solid.stencil().columns) {
         const auto& at = solid.stencil().nodes[static_cast<std::size_t>(column.node)].at;
         EXPECT_EQ(representative_of_node(joined, {at[0], at[1], master}), representative_of_node(joined, {at[0], at[1], master - 2 * up}))
             << name;
+        const Index3 bounding = representative_of_node(joined, {at[0], at[1], up * (last - 1)});
+        for (const int bounded : {last, last + 1})
+          EXPECT_EQ(representative_of_node(joined, {at[0], at[1], up * bounded}), bounding) << name;
       }
     }
   }

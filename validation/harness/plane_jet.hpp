@@ -1,5 +1,6 @@
 #pragma once
-/// A plane jet of fluid on an obstacle across its middle: the flow of Kirchhoff's plate and of a cylinder with smooth separation.
+/// A plane jet of fluid on an obstacle across its middle, horizontal or upright: the flow of Kirchhoff's plate and of a cylinder with
+/// smooth separation.
 
 #include <string>
 #include <vector>

@@ -202,9 +202,8 @@ std::vector<Measured> run_all(const CaseContext& context, const Case& base, cons
 double tolerance(int cells) { return cells >= 24 ? 0.01 : cells >= 12 ? 0.02 : cells >= 6 ? 0.03 : 0.05; }
 
 /// The runs that are judged.
-/// @param with_variants  also those that differ in nothing but the grid's place or the time step: variants of this program's scheme, for
-/// which
-///                       no other solver is asked
+/// @param with_variants  also those that differ in nothing but the grid's place, the plane of the jet, the transfer or the time step:
+///                       variants of this program's scheme, for which no other solver is asked
 std::vector<NamedJet> named_runs(const CaseContext& context, bool with_variants) {
   std::vector<NamedJet> runs = {{"7 cells", {.cells = 7}}, {"6 cells", {.cells = 6}}};
   if (with_variants) {
