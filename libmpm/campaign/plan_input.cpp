@@ -199,7 +199,7 @@ std::vector<Setting> PlanInput::settings(const toml::table& table, const std::st
         break;
       }
       const std::string key = key_meant(e.key, e.source, here);
-      once(key, keys, e.source, here);
+      if (key == e.key) once(key, keys, e.source, here);
       keys.push_back(key);
       put(list, {key, toml_text(*e.node)});
     }
@@ -211,26 +211,30 @@ std::vector<Setting> PlanInput::settings(const toml::table& table, const std::st
 
 namespace {
 
-/// Whether two values are the same number, in any notation, or the same text.
+/// Whether two values are the same number, in any notation, the same text, or lists of such.
+bool same(const toml::node& a, const toml::node& b) {
+  if (const auto* left = a.as_array(), *right = b.as_array(); left != nullptr && right != nullptr)
+    return std::equal(left->begin(), left->end(), right->begin(), right->end(), same);
+  return a.is_number() && b.is_number() ? a.value<double>() == b.value<double>() : toml_text(a) == toml_text(b);
+}
 bool same_value(const std::string& a, const std::string& b) {
-  if (a == b) return true;
-  const toml::table left = toml::parse("value = " + a), right = toml::parse("value = " + b);
-  const toml::node &x = *left.get("value"), &y = *right.get("value");
-  return x.is_number() && y.is_number() && x.value<double>() == y.value<double>();
+  return a == b || same(*toml::parse("value = " + a).get("value"), *toml::parse("value = " + b).get("value"));
 }
 
 /// The present value of a run: its own, or that of the base.
 std::optional<std::string> value_of(const PlanBlocks& blocks, const std::vector<Setting>& settings, const std::string& key) {
   if (const auto s = std::ranges::find(settings, key, &Setting::key); s != settings.end()) return s->value;
+  const std::vector<std::string> rivals = case_schema().rivals(key);  // one of them replaces the base's
+  if (std::ranges::any_of(settings, [&](const Setting& s) { return std::ranges::find(rivals, s.key) != rivals.end(); })) return {};
   const auto node = blocks.base.at_path(key);
-  return node && !node.is_table() ? std::optional(config::toml_text(*node.node())) : std::nullopt;
+  return node && !node.is_table() ? std::optional(toml_text(*node.node())) : std::nullopt;
 }
 
 using Matched = std::set<const Rule*>;
 
-/// Settings by the rules for a run with these settings. @param rules_that_match  those that match it are added
+/// Settings by the rules for a run with these settings. @param matching  the rules that match are added, if it is not null
 std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& rules, const std::vector<Setting>& settings,
-                             Matched& rules_that_match) {
+                             Matched* matching) {
   std::vector<Setting> given;
   for (const Rule& rule : rules) {
     const auto has = [&](const Setting& s) {
@@ -241,21 +245,21 @@ std::vector<Setting> matched(const PlanBlocks& blocks, const std::vector<Rule>& 
       return std::ranges::any_of(choices, [&](const Choice& choice) { return std::ranges::all_of(choice.settings, has); });
     };
     if (!std::ranges::all_of(rule.match, is_one_of)) continue;
-    rules_that_match.insert(&rule);
+    if (matching != nullptr) matching->insert(&rule);
     put(given, rule.set);
   }
   return given;
 }
 
 /// Later settings override earlier ones: the plan's, those of its rules, the block's, those of its rules, the run's own.
-PlannedRun planned_run(const PlanBlocks& blocks, const Crossing& block, NamedSettings own, Matched& rules_that_match) {
+PlannedRun planned_run(const PlanBlocks& blocks, const Crossing& block, NamedSettings own, Matched* matching) {
   std::vector<Setting> all = blocks.set;
   put(all, block.set);
   put(all, own.settings);
   PlannedRun run{std::move(own.name), blocks.set};
-  put(run.settings, matched(blocks, blocks.rules, all, rules_that_match));
+  put(run.settings, matched(blocks, blocks.rules, all, matching));
   put(run.settings, block.set);
-  put(run.settings, matched(blocks, block.rules, all, rules_that_match));
+  put(run.settings, matched(blocks, block.rules, all, matching));
   put(run.settings, own.settings);
   return run;
 }
@@ -322,7 +326,7 @@ void put(std::vector<Setting>& settings, const std::vector<Setting>& more) {
   for (const Setting& s : more) put(settings, s);
 }
 
-std::vector<PlannedRun> expand(const PlanBlocks& blocks) {
+std::vector<PlannedRun> expand(const PlanBlocks& blocks, std::set<const Rule*>* matched) {
   std::vector<PlannedRun> runs;
   const auto add = [&](PlannedRun run) {
     if (runs.size() == most_runs)
@@ -333,23 +337,10 @@ std::vector<PlannedRun> expand(const PlanBlocks& blocks) {
     }
     runs.push_back(std::move(run));
   };
-  Matched rules_that_match;
   for (const Crossing& crossing : blocks.crossings) {
-    for (NamedSettings& run : crossed(crossing, blocks)) add(planned_run(blocks, crossing, std::move(run), rules_that_match));
+    for (NamedSettings& run : crossed(crossing, blocks)) add(planned_run(blocks, crossing, std::move(run), matched));
   }
-  for (const NamedSettings& row : blocks.rows) add(planned_run(blocks, {}, {name_of(row, blocks.labels), row.settings}, rules_that_match));
-  const auto check = [&](const std::vector<Rule>& rules) {
-    for (const Rule& rule : rules) {
-      if (rule.name.empty() || rules_that_match.contains(&rule)) continue;
-      throw ConfigError(
-          fmt::format("{}: {} matches no run; compare its values with those of [parameters], [[grid]], [[run]], [set] and the base case, "
-                      "which has to give a key itself: a default does not match",
-                      blocks.plan.file, rule.name));
-    }
-  };
-  if (runs.empty()) return runs;
-  check(blocks.rules);
-  for (const Crossing& crossing : blocks.crossings) check(crossing.rules);
+  for (const NamedSettings& row : blocks.rows) add(planned_run(blocks, {}, {name_of(row, blocks.labels), row.settings}, matched));
   return runs;
 }
 

@@ -22,7 +22,7 @@ using Choice = NamedSettings;
 
 /// [[when]]: the settings of runs that have certain values.
 struct Rule {
-  std::string name;                        ///< in a message that it matches no run; empty: of an included file, which may serve other plans
+  std::string place;                       ///< file, line and name, of one that must match a run; empty: of an included file
   std::vector<std::vector<Choice>> match;  ///< a run matches if it has the settings of one choice of each
   std::vector<Setting> set;                ///< for the runs that match
 };
@@ -51,8 +51,9 @@ void put(std::vector<Setting>& settings, const Setting& s);
 /// Adds several, in their order.
 void put(std::vector<Setting>& settings, const std::vector<Setting>& more);
 
-/// The runs of the blocks, in the order of the plan. @throws ConfigError for a crossing of too many runs, and for rules that match none
-[[nodiscard]] std::vector<PlannedRun> expand(const PlanBlocks& blocks);
+/// The runs of the blocks, in the order of the plan. @throws ConfigError for a crossing of too many runs
+/// @param matched  not null: the rules that match a run are added
+[[nodiscard]] std::vector<PlannedRun> expand(const PlanBlocks& blocks, std::set<const Rule*>* matched = nullptr);
 
 /// Reads values, and records their errors. A value with an error is empty, or the preset.
 class PlanInput {

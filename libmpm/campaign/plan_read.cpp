@@ -91,14 +91,14 @@ class BlockReader : private PlanInput {
     for (const toml::table* entry : tables_at(table, where, "when", most_rules)) {
       const std::string here = fmt::format("{}[[when]] {}", where.empty() ? "" : where + " ", ++number);
       only(*entry, here, {"match", "set"});
-      Rule rule{.name = own ? here : "", .match = {}, .set = {}};
+      Rule rule;
+      if (own) rule.place = fmt::format("{}:{}: {}", blocks_.plan.file, entry->source().begin.line, here);
       if (const toml::table* match = table_at(*entry, here, "match")) {
         std::vector<std::string> seen;
         for (const Entry& e : in_order(*match)) {
           if (given_up()) break;
           const bool is_value = !e.node->is_array() && e.key.find(',') == std::string::npos;
-          rule.match.push_back(is_value ? std::vector<Choice>{{"", {{key_meant(e.key, e.source, here + " match:"), toml_text(*e.node)}}}}
-                                        : axis(e, here + " match:", seen));
+          rule.match.push_back(axis(e, here + " match:", seen, is_value));
         }
       }
       if (!entry->contains("match")) problem(entry->source(), here, "has no match; say which runs it is for: match = { key = [values] }");
@@ -164,9 +164,11 @@ class BlockReader : private PlanInput {
     return rows;
   }
 
-  /// The choices of an axis. @param earlier  keys of axes before it, to which its own are added
-  std::vector<Choice> axis(const Entry& e, const std::string& here, std::vector<std::string>& earlier) {
-    std::vector<Choice> choices = choices_of(e, here);
+  /// The choices of an axis. @param earlier  keys of axes before it, to which its own are added. @param is_value  a value in place of a
+  /// list
+  std::vector<Choice> axis(const Entry& e, const std::string& here, std::vector<std::string>& earlier, bool is_value = false) {
+    std::vector<Choice> choices =
+        is_value ? std::vector<Choice>{{"", {{key_meant(e.key, e.source, here), toml_text(*e.node)}}}} : choices_of(e, here);
     std::set<std::string> keys;
     for (const Choice& choice : choices) {
       for (const Setting& s : choice.settings) keys.insert(s.key);
@@ -445,7 +447,21 @@ class BlockReader : private PlanInput {
 
 CampaignPlan parse_plan(std::string_view text, const std::filesystem::path& file) {
   PlanBlocks blocks = BlockReader(file).read(text);
-  blocks.plan.runs = expand(blocks);
+  std::set<const Rule*> matched;
+  blocks.plan.runs = expand(blocks, &matched);
+  std::string unmatched;
+  const auto check = [&](const std::vector<Rule>& rules) {
+    for (const Rule& rule : rules) {
+      if (rule.place.empty() || matched.contains(&rule)) continue;
+      unmatched += fmt::format(
+          "{}{} matches no run; compare its values with those of the runs, [set] and the base case, which has to give a key itself: "
+          "a default does not match, nor does what another [[when]] sets",
+          unmatched.empty() ? "" : "\n", rule.place);
+    }
+  };
+  check(blocks.rules);
+  for (const Crossing& crossing : blocks.crossings) check(crossing.rules);
+  if (!unmatched.empty()) throw ConfigError(unmatched + problems_of_cases(blocks));
   return std::move(blocks.plan);
 }
 

@@ -109,7 +109,20 @@ TEST(CampaignPlan, RefusesRulesThatMatchNoRun) {
   };
   EXPECT_EQ(plan_of(with_rule("\"conveyor.froude_number\" = 3.0")).runs.size(), 2U);
   EXPECT_TRUE(contains(refusal(with_rule("\"conveyor.froude_number\" = \"3\"")), "[[when]] 1 matches no run"));
-  EXPECT_TRUE(contains(refusal(with_rule("\"numerics.cfl\" = 1.0")), "a default does not match"));
+  EXPECT_TRUE(contains(refusal(with_rule("\"numerics.cfl\" = 1.0")), "plan.toml:1: [[when]] 1 matches no run"));
+  const std::string both = refusal(with_rule("\"numerics.cfl\" = 1.0") + "set = { \"numerics.cfl\" = -1.0 }\n[[when]]\n" +
+                                   "match = { \"numerics.slope_deg\" = 7 }\nset = { \"numerics.cfl\" = 0.2 }\n");
+  EXPECT_TRUE(contains(both, "[[when]] 1 matches no run")) << both;
+  EXPECT_TRUE(contains(both, "[[when]] 2 matches no run")) << both;
+  EXPECT_TRUE(contains(both, "numerics.cfl")) << "the errors of the cases, too: " << both;
+  EXPECT_EQ(
+      plan_of(with_rule("\"numerics.grid_offset_cells\" = [[0, 0, 0.5]]", "set = { \"numerics.grid_offset_cells\" = [0.0, 0.0, 0.5] }\n"))
+          .runs.front()
+          .settings.size(),
+      3U);
+  EXPECT_TRUE(contains(refusal("[base.conveyor]\nfroude_number = 3.0\n[[when]]\nmatch = { \"conveyor.froude_number\" = 3 }\n"
+                               "set = { \"numerics.cfl\" = 0.3 }\n[[run]]\nset = { \"conveyor.velocity_m_s\" = 4.0 }\n"),
+                       "[[when]] 1 matches no run"));
   const std::string rule = "when = [{ match = { \"conveyor.froude_number\" = 5 }, set = { \"numerics.cfl\" = 0.3 } }]\n";
   EXPECT_TRUE(contains(refusal(with_rule("\"conveyor.froude_number\" = 3", rule)), "[[grid]] 1 [[when]] 1 matches no run"));
 }
