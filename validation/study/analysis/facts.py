@@ -83,10 +83,10 @@ def campaigns():
     """Rows of each campaign: sets, those without a steady mean, commits that computed them (and how many rows each), jams by rule."""
     found = []
     for name, campaign in CAMPAIGNS.items():
-        table = read_study_table(campaign.files, finest=campaign.compared.get("finest", False))
+        table = read_study_table(campaign.files)
         unsteady = sum(number for reason, number in table.left_out.items() if "steady" in reason)
         jammed = jams.jam_indices(table.runs)
-        found.append({"key": name, "sets": len(table.runs) + unsteady, "unsteady": unsteady, "fine": int((table.runs.cell_size_m < 0.3).sum()),
+        found.append({"key": name, "sets": len(table.runs) + unsteady, "unsteady": unsteady,
                       "jams": int(jammed.jammed.sum()), "jams_stiffest": int((jammed.jammed & (jammed.effective_friction > 2.2)).sum()),
                       "highest_runup_peak": table.runs.runup_peak.max(), "highest_pressure_height": table.runs.pressure_height.max()})
     return pd.DataFrame(found)
@@ -154,7 +154,7 @@ def choices():
         "aligned": ({"conveyor.lattice": "aligned"}, {"numerics.transfer": "apic", "conveyor.lattice": "staggered"})}.items()]
     found += [_over(time_step, f"cfl_08_{name}", {"campaign": name, "numerics.cfl": "0.8"}, {"campaign": name, "numerics.cfl": "0.4"})
               for name in ("reproduction", "prediction")]
-    default = pd.concat([read_table(str(ROWS / f"{name}.csv")).assign(cfl=cfl) for name, cfl in (("prediction_today_w5", 1), ("time_step_08", 0.8))])
+    default = pd.concat([read_table(str(ROWS / f"{name}.csv")).assign(cfl=cfl) for name, cfl in (("prediction_w5", 1), ("time_step_08", 0.8))])
     found.append(_over(default, "cfl_1_prediction", {"cfl": 1}, {"cfl": 0.8}))
     return pd.DataFrame(found)
 
@@ -179,17 +179,8 @@ def _over(table, key, changed, base):
 
 
 def numerics():
-    """Prediction over reproduction at 0.25 m, same friction and duration, by Froude number and over all."""
-    return _later_over_earlier(runs_of("reproduction"), read_runs_or_refuse(rows("prediction_w7")).runs)
-
-
-def solver():
-    """Prediction at w/5: the solver of today over that of the earlier rows, same friction and duration, by Froude number and over all."""
-    return _later_over_earlier(*(read_runs_or_refuse(rows(name)).runs for name in ("prediction_w5", "prediction_today_w5")))
-
-
-def _later_over_earlier(earlier, later):
-    return _wide_ratios(paired_summary(paired_rows(earlier, later)), "group")
+    """Prediction over reproduction at w/5, same friction and duration, by Froude number and over all."""
+    return _wide_ratios(paired_summary(paired_rows(runs_of("reproduction_w5"), runs_of("prediction"))), "group")
 
 
 def _wide_ratios(summary, *by):
@@ -205,13 +196,13 @@ def _wide_ratios(summary, *by):
 
 
 def grid():
-    """A finer grid over a coarser one: the prediction at 0.25 m over w/5 by kind of snow (and how many run-ups lie within the uncertainty that w/5
-    states), and the points on three grids."""
-    table = read_study_table(CAMPAIGNS["prediction"].files, finest=True)
+    """A finer grid over a coarser one, both with an earlier solver: 0.25 m over w/5 by kind of snow (and how many run-ups lie within the
+    uncertainty that w/5 states), and the points on three grids."""
+    table = read_study_table(rows("earlier_grids"), finest=True)
     kinds = refinement_tables(pd.concat([table.runs, table.coarser], ignore_index=True))["refined_kinds"]
     found = _wide_ratios(kinds, "kind", "speeds")
     of_runup = kinds[kinds.quantity == "run-up"]
-    found["sets"], found["fine"], found["covered"] = of_runup.sets.to_numpy(), of_runup.fine.to_numpy(), of_runup.covered.to_numpy()
+    found["covered"] = of_runup.covered.to_numpy()
     summary = grids.grid_tables(rows("grids", "grids_settled"))["grids_summary"].set_index("quantity")
     three = {"key": "w/5 over w/10", "pairs": int(summary.points.max())}
     for quantity, r in summary.iterrows():
@@ -331,6 +322,6 @@ def costs():
     return pd.read_csv(ROWS / "costs.csv", comment="#")
 
 
-TABLES = {f.__name__: f for f in (coefficients, aims, campaigns, provenance, friction, friction_reuse, choices, numerics, solver, grid, pile_up, windows, strips,
+TABLES = {f.__name__: f for f in (coefficients, aims, campaigns, provenance, friction, friction_reuse, choices, numerics, grid, pile_up, windows, strips,
                                   compaction, fluid, parts, mast_heights, first_impact, widths, costs, loads.load_factors)}
 TABLES["load_factors_over_snow"] = lambda: loads.over_snow(loads.load_factors())

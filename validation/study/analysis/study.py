@@ -28,18 +28,17 @@ class Campaign(NamedTuple):
 
 CAMPAIGNS = {
     "reproduction": Campaign(rows("reproduction"), "half of tan φ'", {
-        "coarser_files": rows("reproduction_w5"), "prediction_files": rows("prediction_w7"), "width_files": rows("width"),
+        "coarser_files": rows("reproduction_w5"), "width_files": rows("width"),
         "sensitivity_files": rows("sensitivity", "windows"), "friction_files": rows("friction_scan", "reproduction")}),
     "reproduction_w5": Campaign(rows("reproduction_w5"), "the smaller of 0.2 and half of tan φ'", {
         "prediction_files": rows("prediction_w5"), "grids_files": rows("grids", "grids_settled")}),
-    "prediction": Campaign(rows("prediction_w5", "prediction_w7"), "half of tan φ'", {"finest": True}),
+    "prediction": Campaign(rows("prediction_w5"), "half of tan φ'", {}),
 }
 
 
 def runs_of(name):
-    """Runs of a campaign with a steady run-up; of the prediction those on the finest grid of each set."""
-    campaign = CAMPAIGNS[name]
-    return read_runs_or_refuse(campaign.files, finest=campaign.compared.get("finest", False)).runs
+    """Runs of a campaign with a steady run-up."""
+    return read_runs_or_refuse(CAMPAIGNS[name].files).runs
 
 
 def evaluate_kept(out):

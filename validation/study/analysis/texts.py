@@ -120,7 +120,7 @@ def markdown(head, rows):
 
 
 COLUMNS = {"paper": "**paper**", "reproduction": "reproduction", "reproduction_wide": "wide set", "reproduction_fluid": "with the fluid",
-           "prediction": "prediction (earlier solver)"}
+           "prediction": "prediction (w/5)"}
 INTERVALS = ("reproduction", "prediction")  # the columns beside which their intervals are
 
 
@@ -187,10 +187,10 @@ def block_grid(values):
     for key in values.tables["grid"].index[:-1]:
         if not key.endswith("from Fr 1 on"):
             continue
-        rows.append([key.removesuffix(", from Fr 1 on").replace("xi", "ξ").replace("<=", "≤"), f"{values.value('grid', key, 'fine', '.0f')} of {values.value('grid', key, 'sets', '.0f')}",
+        rows.append([key.removesuffix(", from Fr 1 on").replace("xi", "ξ").replace("<=", "≤"),
                      *(values.change("grid", key, q) for q in ("runup", "pressure_height", "force")),
                      f"{values.value('grid', key, 'covered', '.0f')} of {values.value('grid', key, 'pairs', '.0f')}"])
-    return markdown(["0.25 m over w/5, Fr ≥ 1", "sets", "run-up", "pressure height", "force", "run-ups within the stated uncertainty"], rows)
+    return markdown(["0.25 m over w/5, Fr ≥ 1", "run-up", "pressure height", "force", "run-ups within the stated uncertainty"], rows)
 
 
 def block_pile_up(values):
