@@ -592,7 +592,7 @@ class Scaling(DesignFolder):
         fit = scipy.optimize.least_squares(excess, [0.2, 0.3, 0.4, 1.9])
         np.testing.assert_allclose([*scaling.INERTIA, *scaling.WEIGHT], fit.x, atol=6e-4)  # written with three decimals
         self.assertLess(np.sqrt(np.mean(fit.fun**2)), 0.12)  # as the page states
-        self.assertEqual(len(self.study), 236)
+        self.assertEqual(len(self.study), 232)
 
     def test_states_an_error_that_covers_every_group_of_runs(self):
         pairs = pair_errors(self.study)
@@ -608,7 +608,7 @@ class Scaling(DesignFolder):
     def test_goes_on_beyond_the_fit_only_as_far_as_runs_allow(self):
         end = scaling.FITTED[1] * scaling.CONTINUED
         beyond = self.beyond[(self.beyond.effective_friction > end) & (self.beyond.effective_friction < 1.1 * end)]
-        self.assertEqual(len(beyond), 21, "those of M' 1.76")
+        self.assertEqual(len(beyond), 17, "those of M' 1.76")
         pairs = pair_errors(beyond)
         pairs["stated"] = [scaling.scaling_error(slow, fast, end) for slow, fast in zip(pairs.slow, pairs.fast)]
         for stated, group in pairs.groupby("stated"):
@@ -699,7 +699,7 @@ class Scaling(DesignFolder):
             self.assertEqual(data_files.design_json(ensemble, results)["scenarios"][0]["runup_is_determined"], determined)
 
     def test_has_no_error_and_no_loads_beyond_the_flows_of_the_fit(self):
-        for before, after, error in ((3.0, 7.0, 0.22), (0.1, 7.0, 0.33), (7.0, 0.1, 0.33), (3.0, 7.1, math.nan), (0.09, 3.0, math.nan), (9.0, 9.0, 0.0), (9.0, 8.0, math.nan)):
+        for before, after, error in ((3.0, 7.0, 0.22), (0.1, 7.0, 0.38), (7.0, 0.1, 0.38), (3.0, 7.1, math.nan), (0.09, 3.0, math.nan), (9.0, 9.0, 0.0), (9.0, 8.0, math.nan)):
             np.testing.assert_equal(scaling.scaling_error(before, after), error)
         speed = 285.0 * math.sqrt(19.62)
         scenarios = [{"name": name, "depth_m": 2.0, "velocity_m_s": v, "density_kg_m3": 300.0} for name, v in (("storm", speed), ("rest", 1e-9), ("faster", 12.0))]
