@@ -156,7 +156,7 @@ bool meets_solid(const BodySpec& body, const UprightSolid& solid) {
   std::vector<Vec2> corners;
   for (const Outline::Side& side : solid.outline.sides())
     corners.emplace_back((side.from - centre.head<2>()).cwiseQuotient(half.head<2>()));
-  const Outline plan(std::move(corners));
+  const Outline plan(corners);
   if ((plan.bounds().min().array() >= inside).any() || (plan.bounds().max().array() <= -inside).any()) return false;
   if (body.shape == BodySpec::Shape::box) {
     // separating axes: those of the box were tried, these are the plan's sides
