@@ -230,6 +230,7 @@ void solve_rows(const ContactStencil& stencil, double friction, double dynamic, 
     for (std::size_t i = 0; i < points; ++i) {
       const std::size_t r = in_turn(i, points);
       const ContactRow& row = stencil.rows[r];
+      const double width = row.width * row.computed;
       Lanes bound = unbounded;
       if (const EdgeBound& edge = row.edge; edge.neighbour >= 0 && (edge.in_margin() || sweep >= first_capped_sweep)) {
         const auto impulse_of = [&](int other) {
@@ -239,13 +240,9 @@ void solve_rows(const ContactStencil& stencil, double friction, double dynamic, 
         };
         const Lanes squared_speed =
             edge.in_margin() ? apex_factor * largest_squared_speed(stencil, row, group) : squared_speed_along(stencil, row, group);
-        const Lanes fall = dynamic * row.width * row.computed * squared_speed;
-        bound = max(edge.largest(impulse_of(edge.neighbour), fall), impulse_of(row.adjacent));
+        bound = max(edge.largest(impulse_of(edge.neighbour), dynamic * width * squared_speed), impulse_of(row.adjacent));
       }
-      if (end != nullptr) {
-        const double width = row.width * row.computed;
-        bound = min(bound, end->largest(r, width, dynamic * width * squared_speed_along(stencil, row, group)));
-      }
+      if (end != nullptr) bound = min(bound, end->largest(r, width, dynamic * width * squared_speed_along(stencil, row, group)));
       if (friction > 0.0) {
         solve_row<true>(stencil, row, friction, bound, group, group.row[r]);
       } else {
