@@ -84,21 +84,23 @@ class BlockReader : private PlanInput {
     }
   }
 
-  /// @param own  of the plan itself, not of an included file
-  std::vector<Rule> rules(const toml::table& table, const std::string& where, bool own) {
+  std::vector<Rule> rules(const toml::table& table, const std::string& where) {
     std::vector<Rule> list;
     int number = 0;
     for (const toml::table* entry : tables_at(table, where, "when", most_rules)) {
       const std::string here = fmt::format("{}[[when]] {}", where.empty() ? "" : where + " ", ++number);
       only(*entry, here, {"match", "set"});
       Rule rule;
-      if (own) rule.place = fmt::format("{}:{}: {}", blocks_.plan.file, entry->source().begin.line, here);
+      if (const toml::source_region& source = entry->source(); source.path && *source.path == blocks_.plan.file)
+        rule.place = fmt::format("{}:{}: {}", blocks_.plan.file, source.begin.line, here);
       if (const toml::table* match = table_at(*entry, here, "match")) {
         std::vector<std::string> seen;
         for (const Entry& e : in_order(*match)) {
           if (given_up()) break;
           const bool is_value = !e.node->is_array() && e.key.find(',') == std::string::npos;
-          rule.match.push_back(axis(e, here + " match:", seen, is_value));
+          rule.match.push_back(is_value ? std::vector<Choice>{{"", {{key_meant(e.key, e.source, here + " match:"), toml_text(*e.node)}}}}
+                                        : choices_of(e, here + " match:"));
+          keys_once(rule.match.back(), e, here + " match:", seen);
         }
       }
       if (!entry->contains("match")) problem(entry->source(), here, "has no match; say which runs it is for: match = { key = [values] }");
@@ -164,20 +166,17 @@ class BlockReader : private PlanInput {
     return rows;
   }
 
-  /// The choices of an axis. @param earlier  keys of axes before it, to which its own are added. @param is_value  a value in place of a
-  /// list
-  std::vector<Choice> axis(const Entry& e, const std::string& here, std::vector<std::string>& earlier, bool is_value = false) {
-    std::vector<Choice> choices =
-        is_value ? std::vector<Choice>{{"", {{key_meant(e.key, e.source, here), toml_text(*e.node)}}}} : choices_of(e, here);
+  /// Reports keys of an axis that one before it has. @param earlier  their keys, to which those of this one are added
+  void keys_once(const std::vector<Choice>& choices, const Entry& e, const std::string& here, std::vector<std::string>& earlier) {
     std::set<std::string> keys;
     for (const Choice& choice : choices) {
       for (const Setting& s : choice.settings) keys.insert(s.key);
     }
     for (const std::string& key : keys) once(key, earlier, e.source, here);
     earlier.insert(earlier.end(), keys.begin(), keys.end());
-    return choices;
   }
 
+  /// The choices of an axis.
   std::vector<Choice> choices_of(const Entry& e, const std::string& here) {
     const toml::node* choices = e.node;
     if (const auto name = choices->value_exact<std::string>()) {
@@ -213,7 +212,8 @@ class BlockReader : private PlanInput {
     std::vector<std::string> seen;
     for (const Entry& e : entries) {
       if (given_up()) break;
-      list.push_back(axis(e, here, seen));
+      list.push_back(choices_of(e, here));
+      keys_once(list.back(), e, here, seen);
     }
     return list;
   }
@@ -375,7 +375,7 @@ class BlockReader : private PlanInput {
     }
   }
 
-  void read_crossings(const toml::table& root, bool own) {
+  void read_crossings(const toml::table& root) {
     int number = 0;
     for (const toml::table* entry : tables_at(root, "", "grid")) {
       const std::string where = fmt::format("[[grid]] {}", ++number);
@@ -385,13 +385,13 @@ class BlockReader : private PlanInput {
       blocks_.crossings.push_back(
           {folder_name(*entry, where),
            parameters != nullptr ? axes(in_order(*parameters), where + " parameters:") : std::vector<std::vector<Choice>>{},
-           settings(*entry, where, "set"), rules(*entry, where, own)});
+           settings(*entry, where, "set"), rules(*entry, where)});
     }
   }
 
   void read_runs(const File& file) {
     const toml::table& root = file.root;
-    read_crossings(root, &file == &files().front());
+    read_crossings(root);
     int number = 0;
     for (const toml::table* entry : tables_at(root, "", "run")) {
       const std::string where = fmt::format("[[run]] {}", ++number);
@@ -434,7 +434,7 @@ class BlockReader : private PlanInput {
     read_slurm(root);
     read_stored_results(file);
     put(blocks_.set, settings(root, "", "set"));
-    for (Rule& rule : rules(root, "", &file == &files().front())) blocks_.rules.push_back(std::move(rule));
+    for (Rule& rule : rules(root, "")) blocks_.rules.push_back(std::move(rule));
     read_parameters(root);
   }
 
