@@ -59,7 +59,7 @@ MUTATIONS = [
     Mutation("inertial_number", "mu(I) takes the inertial number 1 % too small", LAWS + "drucker_prager.cpp",
              "hindrance_ = reference_inertial_number_ * 3.0 *", "hindrance_ = reference_inertial_number_ * 3.03 *", ("cone_paths",)),
     Mutation("edge_ratio", "the ends of an obstacle's sides take as much as other points", "libmpm/core/surface_contact.cpp",
-             "max(edge.largest(impulse_of(edge.neighbour), fall)", "max(1e9 * impulse_of(edge.neighbour)", ("plate_in_jet",)),
+             "max(edge.largest(impulse_of(edge.neighbour), dynamic * width * squared_speed)", "max(1e9 * impulse_of(edge.neighbour)", ("plate_in_jet",)),
     Mutation("edge_bernoulli", "the pressure at an edge falls by a quarter of what Bernoulli's law gives", "libmpm/core/surface_contact.cpp",
              "solid_.friction(), 0.5 * density_ *", "solid_.friction(), 0.125 * density_ *", ("plate_in_jet",)),
     Mutation("end_layers", "the layers at top and underside take as much as others", "libmpm/core/surface_contact.cpp",
