@@ -57,9 +57,35 @@ std::string last_line(const fs::path& file) {
   return plain_text(std::string_view(text).substr(text.rfind('\n') + 1));  // npos + 1 = 0
 }
 
+/// Keeps the signals of a campaign back until the end of the scope, so that a child never runs the handlers of this process: what they note
+/// is lost with exec.
+class HeldSignals {
+ public:
+  HeldSignals() {
+    sigset_t held;
+    sigemptyset(&held);
+    for (const int number : numbers) sigaddset(&held, number);
+    pthread_sigmask(SIG_BLOCK, &held, &before_);
+  }
+  ~HeldSignals() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  HeldSignals(const HeldSignals&) = delete;
+  HeldSignals& operator=(const HeldSignals&) = delete;
+
+  /// In the child: until its program has handlers of its own, a stop ends it, and the wish for a checkpoint is of no effect.
+  void release_in_child() const {
+    for (const int number : numbers) std::signal(number, number == SIGUSR1 ? SIG_IGN : SIG_DFL);
+    sigprocmask(SIG_SETMASK, &before_, nullptr);
+  }
+
+ private:
+  static constexpr int numbers[] = {SIGINT, SIGTERM, SIGUSR1, SIGUSR2};
+  sigset_t before_{};
+};
+
 /// Runs in the child between fork and exec, where few functions are allowed. Never returns.
-[[noreturn]] void become(char* const* arguments, const char* output, pid_t parent, int stop) {
+[[noreturn]] void become(char* const* arguments, const char* output, pid_t parent, int stop, const HeldSignals& held) {
   setpgid(0, 0);
+  held.release_in_child();
   prctl(PR_SET_PDEATHSIG, stop);
   if (getppid() != parent) _exit(1);  // the parent ended before the line above
   const int nothing = open("/dev/null", O_RDWR), log = open(output, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0666);
@@ -246,9 +272,10 @@ class Pool {
                                "--threads", std::to_string(campaign_.plan.threads), "--resume"});
     const std::vector<char*> arguments = exec_arguments(words);
     const std::string output = (directory / "stderr.log").string();
+    const HeldSignals held;
     const pid_t parent = getpid(), child = fork();
     if (child < 0) throw IoError(fmt::format("cannot start a process for {}: {}; use fewer --jobs", run.name, std::strerror(errno)));
-    if (child == 0) become(arguments.data(), output.c_str(), parent, stop_);
+    if (child == 0) become(arguments.data(), output.c_str(), parent, stop_, held);
     children_.push_back({i, child});
     say(fmt::format("{}: {}", run.name, attempts > 1 ? fmt::format("goes on (attempt {})", attempts) : "started"));
   }
