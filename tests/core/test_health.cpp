@@ -243,7 +243,6 @@ TEST(Step, NamesTheInvertedParticleAmongThoseItSpoils) {
     p.volume *= 1e3;  // outweighs its neighbours, so that the grid takes its velocity field over
     testing::set_affine(p, Mat3(-3000.0 * Mat3::Identity()));
   });
-  const Vec3 place = testing::position_of(testing::particle_of(state.grid, 17));
   try {
     step(state, scene, 1e-3);
     FAIL() << "not unstable";
@@ -251,7 +250,6 @@ TEST(Step, NamesTheInvertedParticleAmongThoseItSpoils) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("inversion"), HasSubstr("inside out, det(I + dt C) = -"), HasSubstr("step 42"),
                                     HasSubstr("t = 0 s"), HasSubstr("a smaller CFL number or a finer grid")));
   }
-  EXPECT_TRUE(place.allFinite());
 }
 
 /// All that a run says to its caller, and what it logs.
