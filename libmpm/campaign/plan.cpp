@@ -65,7 +65,6 @@ std::string toml_string(const std::string& text) { return config::toml_text(toml
 
 std::string toml_list(const std::vector<std::string>& words) {
   std::vector<std::string> quoted;
-  quoted.reserve(words.size());
   for (const std::string& word : words) quoted.push_back(toml_string(word));
   return fmt::format("[{}]", fmt::join(quoted, ", "));
 }
@@ -104,7 +103,7 @@ std::string write_plan(const CampaignPlan& plan) {
     if (auto* const name = tables.at_path(key).as_string()) *name = beside_base(name->get());
   }
   base.insert("base", std::move(tables));
-  out += fmt::format("\n{}\n", config::toml_text(base));
+  out += fmt::format("\n{}\n", config::document_text(base));
   for (const PlannedRun& run : plan.runs) {
     out += fmt::format("\n[[run]]\nname = {}\n", toml_string(run.name));
     std::vector<std::string> set;

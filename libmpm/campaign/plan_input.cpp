@@ -160,9 +160,8 @@ std::string PlanInput::key_meant(const std::string& key, const toml::source_regi
   const std::string plain = key.size() > longest ? key : std::regex_replace(key, index, "");
   if (std::ranges::find(keys, plain) != keys.end()) return key;
   std::string meant = nearest_word(plain, keys);
-  for (const std::string& k : keys) {
-    if (k.ends_with(fmt::format(".{}", plain))) meant = k;
-  }
+  const auto ends_so = [&](const std::string& k) { return k.ends_with(fmt::format(".{}", plain)); };
+  if (const auto whole = std::ranges::find_if(keys, ends_so); whole != keys.end()) meant = *whole;
   problem(source, where,
           fmt::format("unknown key {}; {}", one_line(key),
                       meant.empty() ? "see `mpm schema`, and write table.key" : fmt::format("did you mean \"{}\"?", meant)));

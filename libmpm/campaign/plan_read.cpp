@@ -182,7 +182,10 @@ class BlockReader : private PlanInput {
     if (const auto name = choices->value_exact<std::string>()) {
       choices = list_named(*name, e, here);
       if (choices == nullptr) return {};
-      if (const toml::table* list = choices->as_table()) return groups(*list, fmt::format("[lists.{}]", *name));
+      if (const toml::table* list = choices->as_table()) {
+        if (list->empty()) problem(e.source, here, fmt::format("{} = \"{}\": [lists.{}] is empty; give it groups", e.key, *name, *name));
+        return groups(*list, fmt::format("[lists.{}]", *name));
+      }
     }
     const std::vector<std::string> keys = keys_together(e, here);
     const toml::array* values = choices->as_array();
@@ -198,7 +201,6 @@ class BlockReader : private PlanInput {
       std::vector<Setting> set = settings_of(e, value, keys, here);
       if (set.empty()) continue;
       std::vector<std::string> texts;
-      texts.reserve(set.size());
       for (const Setting& s : set) texts.push_back(s.value);
       if (!given.insert(texts).second)
         problem(value.source(), here, fmt::format("{}: {} is given twice; give each value once", e.key, shown(value)));
@@ -272,7 +274,7 @@ class BlockReader : private PlanInput {
   void read_base_tables(const toml::table& tables, const std::string& file) {
     blocks_.base = tables;
     blocks_.base.is_inline(false);  // base = { ... } in the plan is the root of a case
-    blocks_.plan.base_text = toml_text(blocks_.base);
+    blocks_.plan.base_text = config::document_text(blocks_.base);
     blocks_.plan.base_name = file + ", [base]";
   }
 
@@ -364,6 +366,7 @@ class BlockReader : private PlanInput {
   void read_parameters(const toml::table& root) {
     const toml::table* table = table_at(root, "", "parameters");
     if (table == nullptr) return;
+    if (table->empty()) problem(table->source(), "", "[parameters] is empty; give lists to cross, or write a [[run]]");
     if (!parameters_) parameters_.emplace();
     for (const Entry& e : in_order(*table)) {
       const auto there = std::ranges::find(*parameters_, e.key, &Entry::key);
@@ -380,8 +383,9 @@ class BlockReader : private PlanInput {
     for (const toml::table* entry : tables_at(root, "", "grid")) {
       const std::string where = fmt::format("[[grid]] {}", ++number);
       only(*entry, where, {"name", "parameters", "set", "when"});
-      if (!entry->contains("parameters")) problem(entry->source(), where, "has no parameters; give lists to cross, or write a [[run]]");
       const toml::table* parameters = table_at(*entry, where, "parameters");
+      if (!entry->contains("parameters") || (parameters != nullptr && parameters->empty()))
+        problem(entry->source(), where, "has no parameters; give lists to cross, or write a [[run]]");
       blocks_.crossings.push_back(
           {folder_name(*entry, where),
            parameters != nullptr ? axes(in_order(*parameters), where + " parameters:") : std::vector<std::vector<Choice>>{},

@@ -51,10 +51,10 @@ bool Schema::holds(const Condition& condition, const Table& table, const void* r
   });
 }
 
-std::optional<Value> Schema::written(const Key& key, const Table& table, const void* root, std::size_t i, bool hidden) const {
+std::optional<Value> Schema::written(const Key& key, const Table& table, const void* root, std::size_t i, Defaults defaults) const {
   if (i >= table.entries(root) || !used(key, table, root, i)) return std::nullopt;
   const auto value = key.get(root, i);
-  return key.hide_default && !hidden && value == key.preset ? std::nullopt : value;
+  return key.hide_default && defaults == Defaults::shown && value == key.preset ? std::nullopt : value;
 }
 
 Table& Schema::add(std::string name, bool repeated, std::string description) {
@@ -94,8 +94,7 @@ std::string write(const Schema& schema, const void* root, Defaults defaults, con
       std::string lines;
       for (const Key& key : table.keys) {
         if (skips(skip, table, key)) continue;
-        if (const auto value = schema.written(key, table, root, i, defaults == Defaults::all))
-          lines += fmt::format("{} = {}\n", key.name, to_toml(*value));
+        if (const auto value = schema.written(key, table, root, i, defaults)) lines += fmt::format("{} = {}\n", key.name, to_toml(*value));
       }
       if (lines.empty()) continue;  // a table of optional keys, none of them given
       if (!table.name.empty()) out += fmt::format("\n{}\n", table.bracketed());
@@ -116,7 +115,7 @@ std::optional<std::string> value_of(const Schema& schema, const void* root, cons
   }
   const Key* key = schema.find_key(table_name, name);
   if (key == nullptr) return {};
-  const auto value = schema.written(*key, *schema.find(table_name), root, index, true);
+  const auto value = schema.written(*key, *schema.find(table_name), root, index, Defaults::all);
   if (!value) return {};
   const auto* text = std::get_if<std::string>(&*value);
   return text != nullptr ? *text : to_toml(*value);
@@ -129,7 +128,7 @@ std::vector<std::string> differences(const Schema& schema, const void* before, c
       for (const Key& key : table.keys) {
         if (skips(skip, table, key)) continue;
         const auto text = [&](const void* root) {
-          const auto value = schema.written(key, table, root, i, true);
+          const auto value = schema.written(key, table, root, i, Defaults::all);
           return value ? to_toml(*value) : "(none)";
         };
         const std::string was = text(before), is = text(now);

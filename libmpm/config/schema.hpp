@@ -56,6 +56,10 @@ struct Table {
 /// "numerics.cfl", "body[0].min_m", "title"
 [[nodiscard]] std::string key_path(const std::string& table_path, const std::string& name);
 
+/// Which defaults a file holds: all, or those that are not hidden. The hash of a case is of the latter, so that a new key leaves it as it
+/// is.
+enum class Defaults : std::uint8_t { all, shown };
+
 /// The schema of a file, independent of the type that the file fills.
 class Schema {
  public:
@@ -73,8 +77,8 @@ class Schema {
   [[nodiscard]] bool used(const Key& key, const Table& table, const void* root, std::size_t i) const {
     return holds(key.used, table, root, i);
   }
-  /// The value to write; empty for a key that is not used, left out, or, unless `hidden` is asked for, hidden while it has its default.
-  [[nodiscard]] std::optional<Value> written(const Key& key, const Table& table, const void* root, std::size_t i, bool hidden) const;
+  /// The value to write; empty for a key that is not used, left out, or has a default that is not to be written.
+  [[nodiscard]] std::optional<Value> written(const Key& key, const Table& table, const void* root, std::size_t i, Defaults defaults) const;
 
  protected:
   /// An empty table at the end.
@@ -153,9 +157,6 @@ class SchemaOf : public Schema {
   }
 };
 
-/// Which defaults a file holds: all, or those that are not hidden. The hash of a case is of the latter, so that a new key leaves it as it
-/// is.
-enum class Defaults : std::uint8_t { all, shown };
 /// Every key that applies, as a file that reads back to the same object. @param skip  keys that are left out ("table.name")
 [[nodiscard]] std::string write(const Schema& schema, const void* root, Defaults defaults, const std::vector<std::string>& skip = {});
 

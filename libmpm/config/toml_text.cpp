@@ -90,7 +90,6 @@ struct TomlWriter {
   }
   std::string operator()(const std::vector<std::string>& x) const {
     std::vector<std::string> items;
-    items.reserve(x.size());
     for (const std::string& item : x) items.push_back(quoted(item));
     return fmt::format("[{}]", fmt::join(items, ", "));
   }
@@ -100,6 +99,13 @@ struct TomlWriter {
 
 std::string to_toml(const ParameterValue& value) { return std::visit(TomlWriter{}, value); }
 
+std::string document_text(const toml::node& node) {
+  constexpr auto flags = toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings;
+  std::ostringstream out;
+  node.visit([&](const auto& value) { out << toml::toml_formatter{value, flags}; });
+  return out.str();
+}
+
 std::string toml_text(const toml::node& node) {
   if (const auto x = node.value_exact<double>()) return to_toml(*x);
   if (const toml::array* list = node.as_array()) {
@@ -107,10 +113,12 @@ std::string toml_text(const toml::node& node) {
     for (const toml::node& element : *list) inside += (inside.empty() ? "" : ", ") + toml_text(element);
     return "[" + inside + "]";
   }
-  constexpr auto flags = toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings;
-  std::ostringstream out;
-  node.visit([&](const auto& value) { out << toml::toml_formatter{value, flags}; });
-  return out.str();
+  if (const toml::table* table = node.as_table()) {
+    toml::table in_line = *table;
+    in_line.is_inline(true);
+    return document_text(in_line);
+  }
+  return document_text(node);
 }
 
 std::string shown(const toml::node& node) { return one_line(toml_text(node)); }

@@ -22,8 +22,10 @@ namespace mpm::config {
 /// What the parser refuses: "case.toml:3:1: not valid TOML: ...". @param file  name in the message
 [[nodiscard]] std::string syntax_error(const toml::parse_error& error, std::string_view file);
 
-/// A value as TOML; numbers read back to the same bits.
+/// A value as TOML, a table on one line; numbers read back to the same bits.
 [[nodiscard]] std::string toml_text(const toml::node& node);
+/// The tables and keys of a file as TOML.
+[[nodiscard]] std::string document_text(const toml::node& node);
 
 /// A value of a key as TOML; numbers with enough digits to read back to the same bits.
 [[nodiscard]] std::string to_toml(const ParameterValue& value);

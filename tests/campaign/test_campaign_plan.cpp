@@ -240,6 +240,11 @@ name = "../up"
   EXPECT_TRUE(contains(refusal(""), "the plan has no runs"));
   EXPECT_TRUE(contains(refusal("format_version = 2"), "format_version = 2"));
   EXPECT_TRUE(contains(refusal("= 3"), "plan.toml:1:1: not valid TOML"));
+  EXPECT_TRUE(contains(refusal("[parameters]\n"), "[parameters] is empty"));
+  EXPECT_TRUE(contains(refusal("[[grid]]\nparameters = {}\n"), "[[grid]] 1 has no parameters"));
+  EXPECT_TRUE(contains(refusal("parameters = { \"numerics.cfl\" = \"few\" }\n[lists.few]\n"), "[lists.few] is empty"));
+  const CampaignPlan tables = plan_of("[parameters]\n\"numerics.slope_deg\" = [1]\n[[parameters.\"numerics.cfl\"]]\nx = 1\n");
+  EXPECT_EQ(tables.runs.at(0).settings.at(1).value, "{ x = 1 }");  // a value on one line, which the case refuses
 }
 
 TEST(CampaignPlan, TellsTheErrorsOfItsCasesTogetherWithItsOwn) {
