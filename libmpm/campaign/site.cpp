@@ -71,9 +71,10 @@ template <class Entry>
 void refuse_equal_names(const std::vector<Entry>& entries, const std::string& table, ParameterReport& report) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (!names.insert(entries[i].name).second)
-      report.problem(fmt::format("{}[{}].name", table, i),
-                     fmt::format("= \"{}\" is given twice; give each {} a name of its own", entries[i].name, table));
+    const std::string &name = entries[i].name, here = fmt::format("{}[{}].name", table, i);
+    if (name.empty() && report.given(here)) report.problem(here, fmt::format("= \"\" is no name; give the {} one", table));
+    if (!names.insert(name).second)
+      report.problem(here, fmt::format("= \"{}\" is given twice; give each {} a name of its own", name, table));
   }
 }
 
@@ -133,6 +134,14 @@ void resolve(Site& site, ParameterReport& report) {
   if (site.mast.shape == SiteMast::Shape::box && !site.mast.depth) site.mast.depth = site.mast.width;
   check_mast_in("flow.depth_m", site.flow.depth, "the flow", site, report);
   check_arm(site, report);
+  for (std::size_t i = 1; i < site.modes.size(); ++i) {
+    const auto twin = std::ranges::find(site.modes.begin(), site.modes.begin() + static_cast<std::ptrdiff_t>(i), site.modes[i].frequency,
+                                        &SiteMode::frequency);
+    if (twin != site.modes.begin() + static_cast<std::ptrdiff_t>(i))
+      report.problem(fmt::format("mode[{}].frequency_hz", i), fmt::format("= {} Hz is given twice; give each mode once", twin->frequency));
+  }
+  if (site.plan.finest_cells == 5 && site.plan.grids == 3)
+    report.problem("plan.grids", "= 3 with finest_cells = 5: below it there is only the grid of 3 cells; give 2, or a larger finest_cells");
   constexpr std::size_t most_scenarios = 3;
   if (site.scenarios.size() > most_scenarios)
     report.problem("scenario[3]", fmt::format("is one of {} scenarios; at most {} are possible", site.scenarios.size(), most_scenarios));

@@ -137,6 +137,10 @@ TEST(SiteFile, HoldsObliqueFlowSnowCoverBeamRangesAndScenariosAndHidesTheirDefau
   EXPECT_THAT(message_of(with("snow_class", "snow_cover_m = 10.5\nsnow_class")), HasSubstr("on its snow cover, 12.5 m"));
   EXPECT_THAT(message_of(mast_site + scenario + scenario + scenario + scenario), HasSubstr("at most 3"));
   EXPECT_THAT(message_of(mast_site + scenario + scenario), HasSubstr("scenario[1]] name = \"100 years\" is given twice"));
+  EXPECT_THAT(message_of(mast_site + "[[scenario]]\nname = \"\"\ndepth_m = 2.5\nvelocity_m_s = 16\n"), HasSubstr("is no name"));
+  const std::string mode = "[[mode]]\nfrequency_hz = 1.5\n";
+  EXPECT_THAT(message_of(mast_site + mode + mode), HasSubstr("frequency_hz = 1.5 Hz is given twice"));
+  EXPECT_THAT(message_of(mast_site + "[plan]\nfinest_cells = 5\ngrids = 3\n"), HasSubstr("below it there is only the grid of 3 cells"));
 }
 
 TEST(DesignPlans, RefuseOverridesOfTheSiteHoweverTheyAreWritten) {
