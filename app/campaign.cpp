@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -292,7 +291,7 @@ void run_task(const CampaignArguments& a) {
 }
 
 void add_plan_argument(CLI::App& command, CampaignArguments& a) {
-  command.add_option("plan", a.plan, "Plan of the campaign (see the README)")->required()->type_name("PLAN.toml");
+  command.add_option("plan", a.plan, "Plan of the campaign (docs/campaigns.md)")->required()->type_name("PLAN.toml");
 }
 
 void add_plan_arguments(CLI::App& command, CampaignArguments& a) {

@@ -34,10 +34,7 @@ struct CompareArguments {
 /// results.json, vectors by component: force_mean_n.x
 Results read_results(const std::filesystem::path& directory) {
   const ResultsFile file(directory);
-  const auto path = directory / "results.json";
-  if (!file.exists()) throw file_error("cannot read", path, ENOENT);
-  if (!file.results())
-    throw IoError(fmt::format("{}: not a JSON object; recompute it with `mpm post {}`", path.string(), directory.string()));
+  if (!file.exists()) throw file_error("cannot read", directory / "results.json", ENOENT);
   file.require_undamaged();
   Results results;
   results.add(file.results()->components());

@@ -20,9 +20,9 @@ void add_schema(CLI::App& app) {
                                          "--results, of what a run measures");
   const auto arguments = std::make_shared<Arguments>();
   command->add_flag("--json", arguments->json, "As JSON");
-  command->add_flag("--results", arguments->results,
-                    "Columns of series.csv and profile.csv and keys of results.json, as tables in Markdown or as JSON");
-  command->add_flag("--site", arguments->site, "Keys of the site files of `mpm design`");
+  CLI::Option* results = command->add_flag(
+      "--results", arguments->results, "Columns of series.csv and profile.csv and keys of results.json, as tables in Markdown or as JSON");
+  command->add_flag("--site", arguments->site, "Keys of the site files of `mpm design`")->excludes(results);
   command->callback([arguments] {
     const bool json = arguments->json;
     if (arguments->results) {

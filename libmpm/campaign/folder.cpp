@@ -84,7 +84,7 @@ std::string damage_of_finished(const fs::path& directory, const Case& c) {
   std::string damage;
   (void)answer_or_false([&] {
     const ResultsFile file(directory);
-    if (fs::exists(directory / "case.toml") && !file.is_finished(c)) damage = file.damage();
+    if (file.results() && fs::exists(directory / "case.toml") && !file.is_finished(c)) damage = file.damage();
     return true;
   });
   return damage;
@@ -307,7 +307,6 @@ RunStatus status_of(const fs::path& out, const CampaignRun& run) {
 
 std::vector<RunStatus> status_of(const fs::path& out, const Campaign& campaign) {
   std::vector<RunStatus> all;
-  all.reserve(campaign.runs.size());
   for (const CampaignRun& run : campaign.runs) all.push_back(status_of(out, run));
   return all;
 }

@@ -173,8 +173,11 @@ void decide_on_uncertainty(Convergence& c, bool credible, double formal_order, d
     else
       ordered = trusted;
   }
+  const bool too_high = c.behaviour == Behaviour::monotone && c.order > formal_order;
   c.uncertainty = best.value;
-  c.basis = best.basis + (ordered ? "" : "; no order of convergence is observed");
+  c.basis = best.basis + (ordered    ? ""
+                          : too_high ? fmt::format("; the observed order {:.2f} is not credible", c.order)
+                                     : "; no order of convergence is observed");
 }
 
 /// Sets `asymptotic` and `remark`: whether all observed orders agree. Values that agree to round-off have
