@@ -170,29 +170,22 @@ class StencilBuilder {
 /// Integral of sqrt(s) over the strip of a column or layer, half a cell to both sides; s the distance from the edge. @param depth  cells
 double root_law(double depth) { return std::pow(depth + 0.5, 1.5) - std::pow(std::max(0.0, depth - 0.5), 1.5); }
 
-/// Grid nodes from first to last along x and y that hold the outline.
-struct NodeRange {
-  std::array<int, 2> first{}, last{};
-};
-NodeRange nodes_around(const Outline& outline, double cell_size) {
-  NodeRange nodes;
-  for (int axis = 0; axis < 2; ++axis) {
-    nodes.first[static_cast<std::size_t>(axis)] = static_cast<int>(std::floor(outline.bounds().min()[axis] / cell_size)) - 1;
-    nodes.last[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(outline.bounds().max()[axis] / cell_size)) + 1;
-  }
-  return nodes;
+/// Grid nodes along x and y that hold the outline.
+Eigen::AlignedBox2i nodes_around(const Outline& outline, double cell_size) {
+  const Eigen::AlignedBox2d bounds = outline.bounds();
+  return {(bounds.min() / cell_size).array().floor().cast<int>() - 1, (bounds.max() / cell_size).array().ceil().cast<int>() + 1};
 }
 
 /// The columns of a horizontal face.
-void add_columns(StencilBuilder& builder, const Outline& outline, double cell_size, const NodeRange& nodes) {
+void add_columns(StencilBuilder& builder, const Outline& outline, double cell_size, const Eigen::AlignedBox2i& nodes) {
   struct Place {
     std::array<int, 2> at;
     double depth;  ///< cells inside; negative outside
     Vec2 normal;   ///< outward, of the nearest side
   };
   std::vector<Place> places;
-  for (int y = nodes.first[1]; y <= nodes.last[1]; ++y) {
-    for (int x = nodes.first[0]; x <= nodes.last[0]; ++x) {
+  for (int y = nodes.min().y(); y <= nodes.max().y(); ++y) {
+    for (int x = nodes.min().x(); x <= nodes.max().x(); ++x) {
       const Outline::Nearest near = outline.nearest(cell_size * Vec2(x, y));
       const double depth = -near.distance / cell_size;
       if (builder.computed(Vec2(x, y)) && depth > rounding - 0.5) places.push_back({{x, y}, depth, near.normal});
@@ -256,7 +249,7 @@ void link_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points,
 
 /// Rows that extend velocities to nodes behind the surface, and the nodes deep inside.
 void add_extensions(StencilBuilder& builder, const Outline& outline, const std::vector<SurfacePoint>& points,
-                    const std::vector<int>& row_of, double cell_size, const NodeRange& nodes) {
+                    const std::vector<int>& row_of, double cell_size, const Eigen::AlignedBox2i& nodes) {
   // of the rows of points the nearest whose normal is that of the place
   const auto row_before = [&](const Vec2& at, const Vec2& normal) {
     int best = -1;
@@ -267,8 +260,8 @@ void add_extensions(StencilBuilder& builder, const Outline& outline, const std::
     }
     return best;
   };
-  for (int y = nodes.first[1]; y <= nodes.last[1]; ++y) {
-    for (int x = nodes.first[0]; x <= nodes.last[0]; ++x) {
+  for (int y = nodes.min().y(); y <= nodes.max().y(); ++y) {
+    for (int x = nodes.min().x(); x <= nodes.max().x(); ++x) {
       const Vec2 at(x, y);
       if (!builder.computed(at)) continue;
       const Outline::Nearest near = outline.nearest(cell_size * at);
@@ -297,7 +290,7 @@ ContactStencil contact_stencil(const Outline& outline, double cell_size, const M
   if (circle) circle = Circle{.centre = circle->centre / cell_size, .radius = circle->radius / cell_size};
   StencilBuilder builder(circle, mirror);
   const std::vector<SurfacePoint> points = circle ? points_of_circle(*circle) : points_of_polygon(outline, cell_size);
-  const NodeRange nodes = nodes_around(outline, cell_size);
+  const Eigen::AlignedBox2i nodes = nodes_around(outline, cell_size);
   const std::vector<int> row_of = add_point_rows(builder, points, cell_size);
   link_rows(builder, points, row_of);
   add_extensions(builder, outline, points, row_of, cell_size, nodes);

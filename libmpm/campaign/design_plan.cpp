@@ -22,18 +22,11 @@ namespace mpm {
 
 namespace {
 
-const std::vector<std::vector<int>>& grid_sets() {
-  static const std::vector<std::vector<int>> sets{{11, 15, 21}, {7, 11, 15}, {5, 7, 11}, {3, 5, 7}, {3, 5}};
-  return sets;
-}
-
 constexpr std::array ladder{3, 5, 7, 11, 15, 21};  ///< cells in the smaller of w and H
 
-/// The grids given in [plan]; empty: the budget decides.
-std::vector<int> prescribed_grids(const SitePlan& plan) {
-  if (plan.finest_cells == 0) return {};
-  const auto finest = std::ranges::find(ladder, plan.finest_cells) - ladder.begin();
-  const auto count = std::min<std::ptrdiff_t>(plan.grids == 0 ? 3 : plan.grids, finest + 1);
+/// Grids up to an entry of the ladder. @param wanted  how many; 0: three
+std::vector<int> grids_up_to(std::ptrdiff_t finest, int wanted) {
+  const auto count = std::min<std::ptrdiff_t>(wanted == 0 ? 3 : wanted, finest + 1);
   return {ladder.begin() + (finest + 1 - count), ladder.begin() + finest + 1};
 }
 
@@ -203,13 +196,16 @@ double design_budget(DesignLevel level) {
 
 DesignPlan make_design(const Site& site, DesignLevel level, const std::vector<std::string>& overrides) {
   refuse_keys_of_the_site(overrides, site);
-  if (const std::vector<int> cells = prescribed_grids(site.plan); !cells.empty()) return ensemble(site, level, cells, overrides);
+  const SitePlan& wanted = site.plan;
+  if (wanted.finest_cells != 0) {
+    const auto finest = std::ranges::find(ladder, wanted.finest_cells) - ladder.begin();
+    return ensemble(site, level, grids_up_to(finest, wanted.grids), overrides);
+  }
+  const std::ptrdiff_t coarsest = wanted.grids == 3 ? 2 : 1;  // taken if no set is within the budget
   std::optional<DesignPlan> plan;
-  for (std::vector<int> cells : grid_sets()) {
-    if (site.plan.grids == 2 && cells.size() == 3) cells.erase(cells.begin());
-    if (site.plan.grids == 3 && cells.size() == 2) continue;
-    plan = ensemble(site, level, cells, overrides);
-    if (plan->particle_steps <= design_budget(level)) break;  // otherwise use the coarsest set
+  for (std::ptrdiff_t finest = ladder.size() - 1; finest >= coarsest; --finest) {
+    plan = ensemble(site, level, grids_up_to(finest, wanted.grids), overrides);
+    if (plan->particle_steps <= design_budget(level)) break;
   }
   return *std::move(plan);
 }

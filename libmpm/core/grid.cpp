@@ -1,7 +1,5 @@
 #include "libmpm/core/grid.hpp"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -14,7 +12,6 @@ namespace mpm {
 namespace {
 
 constexpr std::int32_t coordinate_limit = 1 << 20;  // 21 bits an axis
-constexpr int max_particles_per_block = 65000;      // slots are 16 bits wide
 
 std::uint64_t key_of(const Index3& c) {
   const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v + coordinate_limit); };

@@ -50,6 +50,8 @@ struct Block {
   [[nodiscard]] const std::array<std::int32_t, 27>& targets() const { return buffers != nullptr ? *buffers : neighbour; }
 };
 
+inline constexpr int max_particles_per_block = 65000;  ///< slots are 16 bits wide
+
 /// The particles of one block as they are stored: what a checkpoint holds. Nothing is rounded on the way there and back.
 struct StoredBlock {
   Index3 coordinate{};                  ///< of the block

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <optional>
 
-#include "libmpm/base/error.hpp"
 #include "libmpm/base/process.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/core/diagnostics.hpp"
@@ -61,15 +60,6 @@ void add_loop(StepTimes& times, double loop, const StepTimes& threads) {
   for (const auto phase : phases_of_the_loop) times.*phase += loop * threads.*phase / all;
 }
 
-bool finite(const Particle& p) {
-  double sum = 0.0;
-  for (const double v : p.position) sum += 0.0 * v;
-  for (const double v : p.velocity) sum += 0.0 * v;
-  for (const double v : p.affine) sum += 0.0 * v;
-  for (const double v : p.stress) sum += 0.0 * v;
-  return sum + 0.0 * p.internal == 0.0;
-}
-
 /// det(I + dt C): ratio of the particle's volumes after and before the last step; at most 0 if the step turned it inside out.
 double volume_stretch(const Particle& p, double dt) { return (Mat3::Identity() + dt * Eigen::Map<const Mat3>(p.affine)).determinant(); }
 
@@ -78,7 +68,7 @@ double volume_stretch(const Particle& p, double dt) { return (Mat3::Identity() +
 Particle culprit_of(const ParticleBin& bin, double dt, const BlockMotion& motion) {
   const auto severity = [&](const Particle& p) {
     if (motion.finite) return Eigen::Map<const Vec3>(p.velocity).squaredNorm();
-    return finite(p) ? 0.0 : volume_stretch(p, dt) <= 0.0 ? 2.0 : 1.0;
+    return all_finite(p) ? 0.0 : volume_stretch(p, dt) <= 0.0 ? 2.0 : 1.0;
   };
   Particle worst = bin[0];
   for (int s = 1; s < bin.count(); ++s) {

@@ -8,6 +8,11 @@
 
 namespace mpm {
 
+bool all_finite(const Particle& p) {
+  const auto finite = [](const auto& numbers) { return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); }); };
+  return finite(p.position) && finite(p.velocity) && finite(p.affine) && finite(p.stress) && std::isfinite(p.internal);
+}
+
 Particle decode(const SingleRecord& r, const RecordFrame& frame) {
   Particle p;
   Eigen::Map<Vec3>(p.position) = position_of(r, frame);

@@ -31,6 +31,8 @@ static_assert(sizeof(Particle) == 192 && std::is_trivially_copyable_v<Particle>)
 
 /// x, m.
 inline Vec3 position_of(const Particle& p) { return {p.position[0], p.position[1], p.position[2]}; }
+/// Whether position, velocity, C, stress and internal variable are finite.
+[[nodiscard]] bool all_finite(const Particle& p);
 /// v, m/s.
 inline Vec3 velocity_of(const Particle& p) { return {p.velocity[0], p.velocity[1], p.velocity[2]}; }
 

@@ -79,8 +79,6 @@ class RankTasks {
   virtual void instruct(TaskNumber task, const State& state, double dt = 0.0) = 0;
   /// Ends a task. If a rank throws before it calls this, the others wait for it; the caller must then end them.
   virtual void done() = 0;
-  /// Whether a task has started and not ended.
-  [[nodiscard]] virtual bool busy() const = 0;
 };
 
 /// Chooses blocks by their coordinates.
@@ -150,7 +148,6 @@ class OneRank : public Ranks {
   std::map<int, Message> exchange(std::map<int, Message> to) override { return to; }
   void instruct(TaskNumber /*task*/, const State& /*state*/, double /*dt*/) override {}
   void done() override {}
-  [[nodiscard]] bool busy() const override { return false; }
   [[nodiscard]] bool owns(const Index3& /*block*/) const override { return true; }
   [[nodiscard]] bool at_border(const Index3& /*block*/) const override { return false; }
   void begin_step(State& /*state*/, const Scene& /*scene*/, double /*dt*/) override {}

@@ -186,7 +186,6 @@ void write_own_blocks(const State& state) { write_blocks(state, {}, {}); }
 
 namespace {
 
-constexpr std::int32_t most_particles_of_a_block = 65000;  // slots are 16 bits wide
 constexpr const char* contradiction = "its block counts contradict its particles";
 
 /// Throws that a file cannot be used, with the reason.
@@ -201,11 +200,6 @@ bool in_its_cell(const Particle& p, const Index3& block, std::uint8_t cell, doub
     if (!(std::abs(p.position[axis] / cell_size - node - 1.0) <= 0.5 + slack)) return false;
   }
   return true;
-}
-
-bool all_finite(const Particle& p) {
-  const auto finite = [](const auto& numbers) { return std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); }); };
-  return finite(p.position) && finite(p.velocity) && finite(p.affine) && finite(p.stress) && std::isfinite(p.internal);
 }
 
 /// Particles of one block, whose identity numbers are appended to ids.
@@ -234,9 +228,8 @@ void check_particles(const StoredBlock& stored, Precision precision, double cell
 /// Whether the blocks ascend, so that none occurs twice, and lie within the range of the grid.
 void check_block(const Index3& block, const std::optional<Index3>& before, const Refuse& refuse) {
   constexpr std::int32_t reach = (1 << 20) - 2;  // of the grid's coordinates, with a neighbour to each side
-  const auto key = [](const Index3& c) { return std::tuple(c[2], c[1], c[0]); };
   const bool far = std::ranges::any_of(block, [](std::int32_t c) { return c > reach || c < -reach; });
-  if (far || (before && key(block) <= key(*before)))
+  if (far || (before && !comes_before(*before, block)))
     refuse(fmt::format("block ({}, {}, {}) is out of reach or out of order", block[0], block[1], block[2]));
 }
 
@@ -263,7 +256,7 @@ class StoredBlocks {
     std::vector<BlockHead> heads;
     std::size_t particles = 0;
     for (std::size_t b = 0; b < counts_.size(); ++b) {
-      if (counts_[b] < 0 || counts_[b] > most_particles_of_a_block) refuse(contradiction);
+      if (counts_[b] < 0 || counts_[b] > max_particles_per_block) refuse(contradiction);
       particles += size_of(b);
       heads.push_back({coordinate_of(b), counts_[b]});
       check_block(heads.back().block, b == 0 ? std::nullopt : std::optional(heads[b - 1].block), refuse);

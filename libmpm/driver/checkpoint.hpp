@@ -2,7 +2,6 @@
 /// checkpoint.h5: everything from which a run continues to the same bits, on any number of threads; and checkpoint.previous.h5, the one
 /// before it, in case the newest is damaged.
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -46,7 +45,7 @@ void read_own_blocks(const Case& c, const Scene& scene, State& state, BlockExcha
 /// Whether a folder holds a checkpoint, good or bad.
 bool has_checkpoint(const std::filesystem::path& directory);
 
-/// Checks that a run can resume from a checkpoint. Throws IoError if the folder or the observers do not match it.
+/// Takes over the observed values of a checkpoint. Throws IoError if the observers do not match it.
 using AcceptCheckpoint = std::function<void(const State&, const RunProgress&, const Arrays& observed)>;
 
 /// Reads the newest checkpoint of a folder from which the run can resume: checkpoint.h5, else checkpoint.previous.h5.

@@ -40,9 +40,6 @@ inline constexpr double assumed_particle_steps_per_s = 10e6;
 inline constexpr double most_samples = 1e8, most_frames = 99999.0, most_steps = 1e12, most_years = 10.0;
 /// @}
 
-/// @throws ConfigError if the estimate needs more memory than limit_bytes; the message names the keys to change
-void require_memory(const Estimate& need, double limit_bytes);
-
 /// @throws ConfigError with all reasons why a run is impossible, one on each line: the limits above, and the memory. Allocates nothing.
 void require_feasible(const Estimate& need, double limit_bytes);
 

@@ -33,11 +33,10 @@ int write_all(std::span<const std::byte> bytes, Put&& put) {
 
 }  // namespace
 
-int Descriptor::write(std::span<const std::byte> bytes) const {
+int Descriptor::write(std::string_view text) const {
+  const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
   return write_all(bytes, [&](std::span<const std::byte> rest) { return ::write(number_, rest.data(), rest.size()); });
 }
-
-int Descriptor::write(std::string_view text) const { return write(std::as_bytes(std::span(text.data(), text.size()))); }
 
 int Descriptor::write_at(std::uint64_t offset, std::span<const std::byte> bytes) const {
   return write_all(bytes, [&](std::span<const std::byte> rest) {
@@ -109,10 +108,8 @@ void AtomicFile::discard() noexcept {
   temporary_.clear();
 }
 
-void AtomicFile::write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }
-
-void AtomicFile::write(std::span<const std::byte> bytes) {
-  if (const int reason = file_.write(bytes); reason != 0) fail(reason);
+void AtomicFile::write(std::string_view text) {
+  if (const int reason = file_.write(text); reason != 0) fail(reason);
 }
 
 void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {

@@ -1,7 +1,7 @@
 #pragma once
 /// Files that are either complete or absent. A reader never sees half a file, even if the writer is killed: the content
 /// goes to a temporary name in the same directory, is forced to the disk, and is then renamed over the target, which
-/// POSIX makes one indivisible step. The one exception in the project is series.csv, which grows row by row (csv.hpp).
+/// POSIX makes one indivisible step. Exceptions are series.csv (csv.hpp) and the logs, which grow row by row.
 
 #include <unistd.h>
 
@@ -38,7 +38,6 @@ class Descriptor {
   explicit operator bool() const { return number_ >= 0; }             ///< whether there is a file
   [[nodiscard]] int get() const { return number_; }                   ///< for calls of the system
   [[nodiscard]] int release() { return std::exchange(number_, -1); }  ///< the number; the caller closes it
-  [[nodiscard]] int write(std::span<const std::byte> bytes) const;    ///< appends all bytes; 0, or an errno value
   [[nodiscard]] int write(std::string_view text) const;               ///< appends a text; 0, or an errno value
   /// Writes all bytes at an offset. @returns 0, or an errno value
   [[nodiscard]] int write_at(std::uint64_t offset, std::span<const std::byte> bytes) const;
@@ -59,8 +58,6 @@ class AtomicFile {
 
   /// Appends to the temporary. @throws IoError
   void write(std::string_view text);
-  /// Appends to the temporary. @throws IoError
-  void write(std::span<const std::byte> bytes);
   /// Writes at an offset of the temporary; bytes before it may be written later. @throws IoError
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
   /// Reads back; zeros where nothing was written. @throws IoError

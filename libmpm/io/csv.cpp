@@ -125,7 +125,6 @@ std::vector<double> Table::numbers(std::string_view column) const {
 std::vector<std::string> Table::text(std::string_view column) const {
   const std::size_t c = index(column);
   std::vector<std::string> result;
-  result.reserve(rows());
   for (const auto& row : cells_) result.push_back(row[c]);
   return result;
 }
@@ -157,7 +156,6 @@ std::string csv_line(std::span<const double> values) {
 
 std::string csv_line(std::span<const std::string> cells) {
   std::vector<std::string> quoted;
-  quoted.reserve(cells.size());
   for (const std::string& cell : cells) quoted.push_back(csv_cell(cell));
   return fmt::format("{}\n", fmt::join(quoted, ","));
 }

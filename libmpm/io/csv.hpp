@@ -9,7 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include "libmpm/base/error.hpp"
 #include "libmpm/io/atomic_file.hpp"
 
 namespace mpm {

@@ -18,7 +18,6 @@
 #include <string>
 #include <vector>
 
-#include "libmpm/base/error.hpp"
 #include "libmpm/io/atomic_file.hpp"
 
 namespace mpm::hdf5 {
@@ -83,8 +82,6 @@ class Writer {
   explicit Writer(const std::filesystem::path& path);
   /// Removes the file if it was not committed.
   ~Writer();
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
 
   /// Writes an array. @param shape product = number of values; left out: one-dimensional. @throws IoError
   template <Element T>
@@ -123,8 +120,6 @@ class Reader {
   /// @throws IoError if the file is missing, truncated, altered or of another program
   explicit Reader(std::filesystem::path path, Seal seal = Seal::check);
   ~Reader();
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
 
   /// Names of all datasets, in the order of the alphabet.
   [[nodiscard]] std::vector<std::string> datasets() const;

@@ -61,10 +61,7 @@ class Handle {
     if (id_ >= 0) close_(id_);
   }
   Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, hid_t{-1})), close_(other.close_) {}  ///< takes ownership
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  Handle& operator=(Handle&&) = delete;
-  operator hid_t() const { return id_; }  ///< for calls of the library
+  operator hid_t() const { return id_; }                                                               ///< for calls of the library
 
  private:
   hid_t id_;
@@ -115,12 +112,12 @@ inline constexpr std::size_t seal_size = 16;
 /// The checksum at the end of a file. @param crc  CRC-32 of all bytes before
 inline std::string seal(uLong crc) { return fmt::format("{}{:08x}", seal_mark, static_cast<std::uint32_t>(crc)); }
 
-/// Memory that the library allocates for its own tables, bytes.
-inline constexpr std::size_t library_memory = std::size_t{16} << 20;
-/// Throws std::bad_alloc unless this memory is available now. The HDF5 library itself does not survive a failed allocation: version 1.10
-/// then frees blocks twice when the file is closed. The memory is mapped and not written to, so that this takes microseconds; an allocation
-/// of this size would raise the limit up to which malloc keeps what is freed (mallopt(3), M_MMAP_THRESHOLD): 20 MB more for most runs.
-inline void require_memory(std::size_t bytes = library_memory) {
+/// Throws std::bad_alloc unless the memory that the library allocates for its own tables is available now. The HDF5 library itself does not
+/// survive a failed allocation: version 1.10 then frees blocks twice when the file is closed. The memory is mapped and not written to, so
+/// that this takes microseconds; an allocation of this size would raise the limit up to which malloc keeps what is freed (mallopt(3),
+/// M_MMAP_THRESHOLD): 20 MB more for most runs.
+inline void require_library_memory() {
+  constexpr std::size_t bytes = std::size_t{16} << 20;
   void* const memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) throw std::bad_alloc();
   munmap(memory, bytes);

@@ -98,7 +98,7 @@ Reader::Reader(std::filesystem::path path, Seal seal) : file_(std::make_unique<F
   file_->path = std::move(path);
   file_->find_size();
   if (seal == Seal::check) file_->check_seal();
-  require_memory();  // before the first call of the library, which allocates its tables
+  require_library_memory();  // before the first call of the library, which allocates its tables
   const QuietErrors quiet;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access, false, true);  // network file systems often refuse locks, and the files never change

@@ -69,11 +69,8 @@ struct Driver {
     Target* target;
   };
   // The library hands out what open() made. NOLINTBEGIN(cppcoreguidelines-pro-type-static-cast-downcast)
-  static OpenFile* made_by_open(H5FD_t* file) { return static_cast<OpenFile*>(file); }
-  static const OpenFile* made_by_open(const H5FD_t* file) { return static_cast<const OpenFile*>(file); }
+  static Target& target(const H5FD_t* file) { return *static_cast<const OpenFile*>(file)->target; }
   // NOLINTEND(cppcoreguidelines-pro-type-static-cast-downcast)
-  static Target& target(H5FD_t* file) { return *made_by_open(file)->target; }
-  static const Target& target(const H5FD_t* file) { return *made_by_open(file)->target; }
 
   static H5FD_t* open(const char*, unsigned, hid_t access, haddr_t) {
     auto* file = new (std::nothrow) OpenFile{};
@@ -81,7 +78,7 @@ struct Driver {
     return file;
   }
   static herr_t close(H5FD_t* file) {
-    delete made_by_open(file);
+    delete static_cast<OpenFile*>(file);  // NOLINT(cppcoreguidelines-pro-type-static-cast-downcast): likewise
     return 0;
   }
   static herr_t query(const H5FD_t*, unsigned long* flags) {  // as in the library's own drivers; they determine the layout of files
@@ -168,7 +165,7 @@ struct Writer::File {
 /// The library allocates an array's place when its first value is written, and does not write the others.
 void Writer::File::declare(const std::string& name, const Shape& shape, const ElementType& type, std::size_t size_of_element) {
   const QuietErrors quiet;
-  require_memory();
+  require_library_memory();
   const std::vector<hsize_t> extents(shape.begin(), shape.end());
   const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
   const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
@@ -220,7 +217,7 @@ uLong Writer::File::crc_of_all() {
 }
 
 Writer::Writer(const std::filesystem::path& path) : file_(std::make_unique<File>(path)) {
-  require_memory();  // before the first call of the library, which allocates its tables
+  require_library_memory();  // before the first call of the library, which allocates its tables
   const QuietErrors quiet;
   file_->id = file_->target.create();
   file_->require(file_->id >= 0, "create");
@@ -264,7 +261,7 @@ void Writer::attribute(const std::string& name, std::int64_t value) {
 
 void Writer::commit(const std::filesystem::path& keep_as) {
   const QuietErrors quiet;
-  require_memory();
+  require_library_memory();
   file_->require(H5Fclose(std::exchange(file_->id, -1)) >= 0, "close");
   file_->target.rethrow();
   const std::string end = seal(file_->crc_of_all());

@@ -9,7 +9,7 @@
 
 namespace mpm {
 
-/// The text of a JSON file. Parsed values are read, written and destroyed recursively, so deeply nested brackets would cause a stack
+/// The text of a JSON file. Parsed values are written and copied recursively, so deeply nested brackets would cause a stack
 /// overflow. The parser checks the syntax.
 /// @throws IoError if it cannot be read, is larger than 256 MB or nested deeper than 64
 std::string read_json_text(const std::filesystem::path& path);

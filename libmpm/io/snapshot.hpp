@@ -32,7 +32,6 @@
 #include <string>
 #include <vector>
 
-#include "libmpm/base/error.hpp"
 #include "libmpm/base/types.hpp"
 #include "libmpm/core/grid.hpp"
 
@@ -132,8 +131,6 @@ class SnapshotWriter {
   SnapshotWriter();
   /// Removes the file if it was not finished.
   ~SnapshotWriter();
-  SnapshotWriter(const SnapshotWriter&) = delete;
-  SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
   /// Begins the file. @param particles  of all pieces and ranks. @param first  row of the first of this rank. @param ranks  those that
   /// write it

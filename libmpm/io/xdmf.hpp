@@ -1,5 +1,5 @@
 #pragma once
-/// frames.xdmf: the frames of a run as one time-dependent data set (XDMF 2, xdmf.org), opened by ParaView and VisIt. The file only refers
+/// frames.xdmf: the frames of a run as one time-dependent data set (XDMF 3, xdmf.org), opened by ParaView and VisIt. The file only refers
 /// to the arrays in frames/NNNNN.h5, by relative paths: a run directory can be moved.
 
 #include <filesystem>

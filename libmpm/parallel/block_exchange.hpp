@@ -61,7 +61,7 @@ class BlockExchange : public Ranks {
 
   void instruct(TaskNumber task, const State& state, double dt = 0.0) override;
   void done() override;
-  [[nodiscard]] bool busy() const override { return busy_; }
+  [[nodiscard]] bool busy() const { return busy_; }  ///< whether a task has started and not ended
   /// Waits for the first rank; called by the others. @param state  gets the scalars of the first rank's state
   Instruction next_instruction(State& state);
 

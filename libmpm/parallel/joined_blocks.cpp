@@ -1,9 +1,6 @@
 #include "libmpm/parallel/joined_blocks.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <set>
-#include <vector>
 
 #include "libmpm/core/folded_terrain.hpp"
 #include "libmpm/core/folded_wall.hpp"

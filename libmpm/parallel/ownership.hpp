@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "libmpm/base/message.hpp"
 #include "libmpm/core/grid.hpp"
 #include "libmpm/parallel/balancing.hpp"
 #include "libmpm/parallel/joined_blocks.hpp"

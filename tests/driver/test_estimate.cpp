@@ -49,8 +49,8 @@ TEST(Estimate, StepFollowsFromWaveSpeedAndCfl) {
 
 TEST(Estimate, RefusesWhatDoesNotFit) {
   const Estimate huge = estimate(parse_case(strip_case, "case.toml", {"numerics.cell_size_m=0.0001"}));
-  EXPECT_THROW(require_memory(huge, physical_memory_bytes()), ConfigError);
-  EXPECT_NO_THROW(require_memory(estimate(parse_case(strip_case, "case.toml")), 1e12));
+  EXPECT_THROW(require_feasible(huge, physical_memory_bytes()), ConfigError);
+  EXPECT_NO_THROW(require_feasible(estimate(parse_case(strip_case, "case.toml")), 1e12));
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ void case_file(Bytes input) {
   for (const double x : {e.particles, e.cells, e.wave_speed, e.time_step, e.steps, e.particle_steps, e.memory_bytes, e.wall_time_s})
     require(std::isfinite(x) && x > 0.0, fmt::format("an estimate of {}:\n{}", x, written));
   try {
-    require_memory(e, memory);
+    require_feasible(e, memory);
     constexpr double small = 2000.0;  // particles
     if (e.particles < small) require_state_as_estimated(c, e);
   } catch (const ConfigError&) {    // refused in time
