@@ -88,8 +88,9 @@ struct ConveyorSpec {
     table.add("window_size", &ConveyorSpec::window_size, {"compact", "paper"})
         .hide_default()
         .text(
-            "Rule for width_m, upstream_length_m and downstream_length_m that are left out. compact: as small as changes the force by at "
-            "most 2 % (docs/grid-studies.md); paper: the paper's width, which depends on hardening_xi, and 8 and 4 m");
+            "Rule for width_m, upstream_length_m and downstream_length_m that are left out. compact: from Fr 1 on the force "
+            "changes by at most 2 %, of slower loose snow by more (docs/grid-studies.md); paper: the paper's width, which depends on "
+            "hardening_xi, and 8 and 4 m");
     table.add("width_m", &ConveyorSpec::width)
         .unit("m")
         .positive(1e4)
@@ -169,9 +170,9 @@ struct CompactWindow {
   double upstream_length;    ///< from the obstacle's front face to the inlet
   double downstream_length;  ///< from the obstacle's front face to the outlet
 };
-/// The smallest window that changes the mean force by at most 2 % and the heights by some 1 % against one of 16 w, 6 w and 3 w. Measured
-/// for w = H, Fr 0.3 to 7 and three snows: docs/grid-studies.md. In loose snow below Fr 1 the force falls by 4 % for each further w to the
-/// outlet: there is no snow yet downstream, and the outlet stands for it.
+/// The smallest window that from Fr 1 on changes the mean force by at most 2 % and the heights by some 1 % against one of 16 w, 6 w and 3
+/// w. Measured for w = H, Fr 0.3 to 7 and three snows: docs/grid-studies.md. In loose snow below Fr 1 the force falls by 4 % for each
+/// further w to the outlet: there is no snow yet downstream, and the outlet stands for it.
 /// @param width  of the obstacle across the flow, w, m. @param depth  along the flow, m
 [[nodiscard]] CompactWindow compact_window(const WindowFlow& flow, double width, double depth);
 

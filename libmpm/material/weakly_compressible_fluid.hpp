@@ -59,8 +59,7 @@ class WeaklyCompressibleFluid {
       table.add("viscosity_pa_s", &Parameters::viscosity)
           .unit("Pa s")
           .range(0.0, 1e9)
-          .text(
-              "Dynamic viscosity; explicit: above density c cell_size / 2 it shortens the step to cfl density cell_size^2 / (2 viscosity)");
+          .text("Dynamic viscosity; explicit: a large one shortens the step (docs/theory/method.md)");
       table.add("carries_tension", &Parameters::carries_tension)
           .text("Whether pressure may be negative; if not, the fluid tears and recompacts before it carries pressure again");
     }

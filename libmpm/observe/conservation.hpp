@@ -15,7 +15,7 @@ class Conservation : public Observer {
   [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }  // frames hold neither C nor enough digits
 
   [[nodiscard]] std::vector<Column> columns() const override {
-    std::vector<Column> columns = {{.quantity = "particles", .meaning = "number of particles"},
+    std::vector<Column> columns = {{.quantity = "particles", .meaning = "number of particles, with the images beyond mirror planes"},
                                    {.quantity = "mass", .unit = "kg", .meaning = "mass of the snow"}};
     for (const Column& c : vector_columns({.quantity = "momentum", .unit = "kg m/s", .meaning = "momentum of the snow"}))
       columns.push_back(c);
