@@ -269,8 +269,8 @@ void check_against_fine_grid(CaseResult& result, const std::vector<MetricConverg
 /// The avalanche of case.toml on two families of grids. @param grids  those of the families: odd and even w/dx
 void study_grids(CaseResult& result, Runs& runs, const std::array<Family, 2>& grids, int pictured) {
   const std::array<std::string, 2> id = {"odd w/dx", "even w/dx"};
-  const std::array<KnownMisses, 2> known = {KnownMisses{.force_uncertainty = 0.055, .runup_uncertainty = 0.095, .runup_range = 0.048},
-                                            KnownMisses{.force_uncertainty = {}, .runup_uncertainty = 0.056, .runup_range = {}}};
+  const std::array<KnownMisses, 2> known = {KnownMisses{.force_uncertainty = 0.055, .runup_uncertainty = 0.145, .runup_range = 0.048},
+                                            KnownMisses{.force_uncertainty = {}, .runup_uncertainty = 0.082, .runup_range = {}}};
   std::vector<std::vector<MetricConvergence>> families;
   for (const std::size_t f : {0, 1}) {
     const std::vector<MetricConvergence>& family = families.emplace_back(grid_family(result, runs, id[f], grids[f], pictured));
