@@ -6,7 +6,6 @@
 
 #include "arguments.hpp"
 #include "commands.hpp"
-#include "libmpm/driver/advice.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/estimate.hpp"
 #include "run_control.hpp"

@@ -66,7 +66,6 @@ void print_convergence(const MetricConvergence& s, bool details) {
   const auto line = [](std::string_view what, const std::string& text) { fmt::print("  {:<28}{}\n", what, text); };
   if (s.exact) {
     std::vector<std::string> errors;
-    errors.reserve(s.error.size());
     for (const double error : s.error) errors.push_back(short_number(error));
     line(fmt::format("errors against {}", format_number(*s.exact)), fmt::format("{}", fmt::join(errors, ", ")));
     if (!s.error_order.empty()) line("orders of the errors", fmt::format("{:.2f}", fmt::join(s.error_order, ", ")));

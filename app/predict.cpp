@@ -120,7 +120,6 @@ void predict(const PredictArguments& arguments) {
     fmt::print("{}", csv_line(head));
     for (const auto& row : rows) {
       std::vector<double> values;
-      values.reserve(row.size());
       for (const Quantity& quantity : row) values.push_back(quantity.value);
       fmt::print("{}", csv_line(values));
     }

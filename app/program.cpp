@@ -20,7 +20,6 @@
 #include "libmpm/base/process.hpp"
 #include "libmpm/base/text.hpp"
 #include "libmpm/driver/build_info.hpp"
-#include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/threads.hpp"
 #include "ranks.hpp"
 #include "run_control.hpp"
@@ -45,7 +44,6 @@ std::string unknown_command(const CLI::App& app, int argc, char** argv) {
     const auto commands = level->get_subcommands([](const CLI::App* command) { return !command->get_name().empty(); });
     if (commands.empty()) return {};  // the words that follow are arguments
     std::vector<std::string> names;
-    names.reserve(commands.size());
     for (const CLI::App* command : commands) names.push_back(command->get_name());
     const auto found = std::ranges::find(names, argv[i]);
     if (found == names.end()) {

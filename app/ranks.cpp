@@ -6,7 +6,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <exception>
-#include <initializer_list>
 #include <new>
 #include <optional>
 
@@ -127,7 +126,7 @@ struct Session::Group {};
 
 Session::Session(int&, char**&) {
   the_session = this;
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"}) {
     if (number_in_environment(name) > 1) {
       throw ConfigError(
           fmt::format("{} processes were started together, but this program was built without MPI; build it with `./run build "

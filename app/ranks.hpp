@@ -2,7 +2,6 @@
 /// The processes of a run: one, unless mpirun or srun started several of a program that was built with MPI.
 
 #include <memory>
-#include <string>
 
 #include "libmpm/driver/run.hpp"
 
@@ -14,8 +13,6 @@ class Session {
   /// Starts MPI if there is more than one rank. @throws ConfigError if a launcher started several, and this program has no MPI
   Session(int& argc, char**& argv);
   ~Session();
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
 
   /// Whether this program can be started as several ranks: it was built with MPI.
   [[nodiscard]] static bool can_be_several();

@@ -3,9 +3,7 @@
 
 #include <array>
 #include <cmath>
-#include <concepts>
 #include <cstring>
-#include <type_traits>
 
 #include "libmpm/base/lanes.hpp"
 

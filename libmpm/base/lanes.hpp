@@ -124,11 +124,10 @@ inline Mask<V> is_at_most(const V& x, const V& y) {
 }
 /// @}
 
-/// Whether m is true in some lane.
+/// Whether m is true in some lane (any), in every lane (all).
+/// @{
 inline bool any(bool m) { return m; }
-/// Whether m is true in every lane.
 inline bool all(bool m) { return m; }
-/// Whether m is true in some lane.
 inline bool any(HalfMask m) {
 #if defined(__AVX__)
   return _mm256_testz_si256(reinterpret_cast<__m256i>(m), reinterpret_cast<__m256i>(m)) == 0;
@@ -136,9 +135,7 @@ inline bool any(HalfMask m) {
   return (m[0] | m[1] | m[2] | m[3]) != 0;
 #endif
 }
-/// Whether m is true in every lane.
 inline bool all(HalfMask m) { return !any(~m); }
-/// Whether m is true in some lane.
 inline bool any(LaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) != 0;
@@ -146,7 +143,6 @@ inline bool any(LaneMask m) {
   return any(HalfMask(half(m, 0) | half(m, 1)));
 #endif
 }
-/// Whether m is true in every lane.
 inline bool all(LaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) == 0xFF;
@@ -154,7 +150,6 @@ inline bool all(LaneMask m) {
   return !any(~m);
 #endif
 }
-/// Whether m is true in some lane.
 inline bool any(SingleLaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) != 0;
@@ -162,7 +157,6 @@ inline bool any(SingleLaneMask m) {
   return any(std::bit_cast<HalfMask>(m));
 #endif
 }
-/// Whether m is true in every lane.
 inline bool all(SingleLaneMask m) {
 #if defined(__AVX512F__)
   return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m)) == 0xFFFF;
@@ -170,6 +164,7 @@ inline bool all(SingleLaneMask m) {
   return !any(~m);
 #endif
 }
+/// @}
 /// The opposite, lane by lane.
 /// @{
 inline bool mask_not(bool m) { return !m; }
@@ -217,13 +212,11 @@ inline Lanes sqrt(Lanes a) {
 inline SingleLanes sqrt(SingleLanes a) {
 #if defined(__AVX512F__)
   return reinterpret_cast<SingleLanes>(_mm512_maskz_sqrt_ps(0xFFFF, reinterpret_cast<__m512>(a)));
-#else
-#if defined(__AVX__)
+#elif defined(__AVX__)
   return reinterpret_cast<SingleLanes>(_mm256_sqrt_ps(reinterpret_cast<__m256>(a)));
 #else
   for (int i = 0; i < lanes_of<SingleLanes>; ++i) a[i] = std::sqrt(a[i]);
   return a;
-#endif
 #endif
 }
 /// @}

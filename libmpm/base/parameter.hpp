@@ -26,7 +26,6 @@
 #include <numbers>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -131,7 +130,7 @@ struct ParameterInfo {
   Condition used;                              ///< elsewhere it is refused
   std::optional<Condition> required;           ///< none: never; tested if the parameter is used
   std::vector<std::string> excludes;           ///< parameters of the same table that set the same quantity: only one of them may be given
-  bool hide_default = false;                   ///< not written while it has its default, so that cases without it keep their hash
+  bool hide_default = false;                   ///< not in the hash of a case while it has its default, so that cases without it keep theirs
   bool affects_results = true;                 ///< part of the case's hash
 };
 

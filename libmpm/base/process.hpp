@@ -29,7 +29,6 @@ inline void open_closed_streams() {
 /// The words of a command as execv() takes them: their addresses, then a null. @param words  must outlive the result
 inline std::vector<char*> exec_arguments(std::vector<std::string>& words) {
   std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   return arguments;

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -26,9 +25,6 @@ struct MirrorPlanes {
   /// Parts of the whole domain for each computed one: 1, 2 or 4.
   [[nodiscard]] double parts() const { return (x ? 2.0 : 1.0) * (y ? 2.0 : 1.0); }
 };
-
-/// Width of a lane group: eight doubles, one AVX-512 register (two or four registers elsewhere).
-inline constexpr int lane_count = 8;
 
 /// Bounds of the values in a case: wide enough for any laboratory or mountain, and narrow enough that volumes, counts and energies cannot
 /// overflow.

@@ -40,7 +40,6 @@
 /// (core/surface_contact.hpp).
 
 #include <array>
-#include <optional>
 #include <vector>
 
 #include "libmpm/base/lanes.hpp"

@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "libmpm/boundary/outline.hpp"
 #include "libmpm/boundary/shapes/any_shape.hpp"

@@ -21,7 +21,6 @@
 #include <deque>
 #include <fstream>
 #include <iterator>
-#include <memory>
 #include <numeric>
 #include <sstream>
 #include <string_view>
@@ -298,7 +297,6 @@ class Pool {
     bool again = false;
     if (finished_results(directory, run.spec)) {
       a.outcome = "done";
-      ++report_.done;
       tidy_run(options_.out, campaign_.plan, run);
       say(fmt::format("{}: done", run.name));
     } else if (stopping_ && (a.signal == stop_ || a.signal == SIGTERM || a.signal == SIGINT)) {
@@ -345,7 +343,6 @@ int default_jobs(const CampaignPlan& plan) {
 
 void require_memory(const Campaign& campaign, int jobs, double limit_bytes) {
   std::vector<double> need;
-  need.reserve(campaign.runs.size());
   for (const CampaignRun& run : campaign.runs) need.push_back(run.cost.memory_bytes);
   std::ranges::sort(need, std::greater{});
   need.resize(std::min(need.size(), static_cast<std::size_t>(jobs)));

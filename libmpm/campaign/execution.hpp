@@ -38,7 +38,6 @@ struct ExecutionOptions {
 /// Outcome of one call.
 struct ExecutionReport {
   bool finished = false;   ///< false: stopped on request
-  std::size_t done = 0;    ///< in this call
   std::size_t failed = 0;  ///< in this call, after all retries
 };
 

@@ -15,7 +15,6 @@
 #include <string_view>
 #include <vector>
 
-#include "libmpm/base/types.hpp"
 #include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/config/reference.hpp"
 #include "libmpm/config/schema.hpp"

@@ -29,7 +29,7 @@ bool is_nothing(const T& value) {
   return std::memcmp(static_cast<const void*>(&value), nothing, sizeof(T)) == 0;
 }
 
-/// The message of a ContactImpulse. @{
+/// The message of a ContactImpulse.
 void put_contact(Message& message, const ContactImpulse& impulse) {
   put(message, impulse.first);
   put(message, impulse.sides.size());
@@ -55,7 +55,6 @@ ContactImpulse get_contact(MessageReader& reader) {
   }
   return impulse;
 }
-/// @}
 
 }  // namespace
 

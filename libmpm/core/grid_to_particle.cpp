@@ -83,7 +83,6 @@ inline int hidden_from_optimizer(int number) {
 constexpr double to_integer_bits = 6755399441055744.0;  // 1.5 * 2^52
 
 /// Moves the particles of a block. Lane 3 of a position is the volume and stays.
-/// @{
 template <class Record>
 class Displacement;
 template <>
@@ -137,7 +136,6 @@ class Displacement<SingleRecord> {
   SingleLaneMask common_{};
   double reach_ = 0.0;
 };
-/// @}
 
 // In one piece: the two passes over the groups of a cell (weights, then sums and stores) share the groups and a dozen constants of the
 // block that stay in registers.
@@ -223,7 +221,6 @@ BlockMotion move_block(Grid& grid, std::int32_t index, const TransferOptions& op
 }
 
 /// Cell of a particle along an axis, relative to its block: the same rounding as in move_block, so that both agree on ties.
-/// @{
 int local_cell(const Particle& p, int axis, const Grid& grid, const Index3& block) {
   const double rounded =
       p.position[axis] * grid.inverse_cell_size() + ((to_integer_bits - 1.0) - first_node(block[static_cast<std::size_t>(axis)]));
@@ -232,7 +229,6 @@ int local_cell(const Particle& p, int axis, const Grid& grid, const Index3& bloc
 int local_cell(const SingleRecord& p, int axis, const Grid& /*grid*/, const Index3& /*block*/) {
   return p.position[static_cast<std::size_t>(axis)] >> position_bits;
 }
-/// @}
 
 }  // namespace
 

@@ -2,7 +2,6 @@
 /// Watches over a run from outside the step: the energy balance, a time step that shrinks, particles that start inside a boundary.
 /// step() itself detects errors of single particles (not finite, turned inside out, too far in one step).
 
-#include <cstdint>
 #include <string>
 #include <vector>
 

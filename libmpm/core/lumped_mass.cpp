@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 
 #include "libmpm/base/bspline.hpp"
 #include "libmpm/core/spline_sums.hpp"

@@ -10,7 +10,6 @@
 /// it. The masses tell: in material that fills the space from a gap g on, node k has the mass int_(g - d_k)^inf N, N its B-spline, so that
 /// the mass behind the master over that of the master grows as the gap closes, whatever the density.
 
-#include <algorithm>
 #include <array>
 #include <limits>
 #include <optional>

@@ -19,8 +19,6 @@ class PagePool {
  public:
   /// @param record_bytes  size of a record, a multiple of its alignment
   explicit PagePool(std::size_t record_bytes) : page_bytes_(page_particles * record_bytes) {}
-  PagePool(const PagePool&) = delete;
-  PagePool& operator=(const PagePool&) = delete;
 
   /// A page of zeros, aligned to 64 bytes. @throws std::bad_alloc
   std::byte* take();

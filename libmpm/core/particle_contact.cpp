@@ -19,7 +19,7 @@ struct Surface {
   double friction = 0.0;                 ///< mu
 };
 
-/// The surface of each kind of boundary near x; a default one where x is clearly before it. @{
+/// The surface of each kind of boundary near x; a default one where x is clearly before it.
 Surface surface_at(const SurfaceSolid& solid, const Vec3& x, double) {
   if (!solid.solid().bounds().contains(x)) return {};
   const UprightSolid::Nearest nearest = solid.solid().nearest(x);
@@ -33,14 +33,12 @@ Surface surface_at(const Terrain& ground, const Vec3& x, double) {
   const Vec3 normal = below.normal();
   return {(x.z() - below.height) * normal.z(), normal, ground.velocity(below.slope), ground.contact, ground.friction};
 }
-/// @}
 
-/// Whether a boundary acts at its surface, and that is in a box. @{
+/// Whether a boundary acts at its surface, and that is in a box.
 bool is_in(const Eigen::AlignedBox3d& box, const SurfaceSolid& solid, double) { return solid.solid().bounds().intersects(box); }
 bool is_in(const Eigen::AlignedBox3d& box, const auto& boundary, double time) {
   return boundary.rule == ContactRule::surface && boundary.reaches(box.min(), box.max(), time);
 }
-/// @}
 
 /// Puts the particles of a block that are too deep behind one boundary, the b-th, back to it.
 template <class B>

@@ -153,7 +153,6 @@ void scatter_to_halo(const Grid& grid, const Block& block, const ParticleBin& ne
 }
 
 /// Adds the sums of a block to the nodes. @param velocity  reference of the momenta of single records, {v_x, v_y, v_z, 0}
-/// @{
 inline void add_row(Node* node, const Node* row, int count, Node /*velocity*/) {
   for (int n = 0; n < count; ++n) node[n] += row[n];
 }
@@ -163,7 +162,6 @@ inline void add_row(Node* node, const SingleQuad* row, int count, Node velocity)
     node[n] += wide + velocity * wide[3];
   }
 }
-/// @}
 
 /// Sets nodes to zero that a block's particles touch, in the buffers that it has in place of its neighbours' nodes (Block::buffers).
 template <int fields>

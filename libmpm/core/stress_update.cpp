@@ -22,7 +22,6 @@ inline HalfLanes* half_line(Particle& p, int n, int half) { return reinterpret_c
 
 /// Half n of a cache line of the particles that share row i of a transposition: i, and i + 4 where a register holds eight. The halves are
 /// joined as they are loaded, and separated as they are stored, which needs no shuffle.
-/// @{
 template <class V>
 inline __attribute__((always_inline)) V load_half_line(Particle* p, int i, int line, int half) {
   if constexpr (std::same_as<V, Lanes>) {
@@ -38,7 +37,6 @@ inline __attribute__((always_inline)) void store_half_line(const Lanes& v, Parti
 inline __attribute__((always_inline)) void store_half_line(const HalfLanes& v, Particle* p, int i, int line, int half) {
   *half_line(p[i], line, half) = v;
 }
-/// @}
 
 /// A cache line of as many particles as V has lanes, by component: v[i] holds the i-th number of each.
 template <class V>

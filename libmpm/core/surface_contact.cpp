@@ -14,10 +14,10 @@ namespace mpm {
 namespace {
 
 constexpr int sweeps = 8;
-constexpr int first_capped_sweep = 2;     ///< the caps compare impulses, which must be approximately right first
-constexpr double apex_factor = 4.0;       ///< square of the speed of a flow over that at the nodes around an apex, where it parts
-constexpr double least_weight = 0.3;      ///< sum of the weights of a point's nodes with material; below it the point has no contact
-constexpr int group_layers = lane_count;  ///< solved at once
+constexpr int first_capped_sweep = 2;          ///< the caps compare impulses, which must be approximately right first
+constexpr double apex_factor = 4.0;            ///< square of the speed of a flow over that at the nodes around an apex, where it parts
+constexpr double least_weight = 0.3;           ///< sum of the weights of a point's nodes with material; below it the point has no contact
+constexpr int group_layers = lanes_of<Lanes>;  ///< solved at once
 constexpr int group_blocks = group_layers / block_edge;
 
 /// The last layer of nodes inside, below the top or above the underside, or the next one if it is within half a cell of the face. What lies

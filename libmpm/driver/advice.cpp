@@ -43,10 +43,9 @@ struct Impact {
 
 /// A number as text, with few digits.
 std::string n(double x) { return fmt::format("{:.3g}", x); }
-/// The same, rounded so that a bound that is recommended holds. @{
+/// The same, rounded so that a bound that is recommended holds.
 std::string at_most(double x) { return n(std::stod(n(x)) > x ? x * (1.0 - 4e-3) : x); }
 std::string at_least(double x) { return n(std::stod(n(x)) < x ? x * (1.0 + 4e-3) : x); }
-/// @}
 
 // ---- Resolution -------------------------------------------------------------------------------------------------------------------------
 
@@ -395,7 +394,7 @@ Finding short_waves_of_the_ground(const Case& c, const std::shared_ptr<const Hei
                             n(std::min(0.25 * spacing, 0.5 * dx)))};
 }
 
-// ---- Time -------------------------------------------------------------------------------------------------------------------------------
+// ---- Output -----------------------------------------------------------------------------------------------------------------------------
 
 /// A frame is stored with a row.
 Finding frames_between_rows(const Case& c) {

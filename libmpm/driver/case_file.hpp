@@ -41,9 +41,9 @@ void resolve_case(Case& c, ParameterReport& report);
 /// the key is left out, does not apply, is resolved into another (conveyor.froude_number, obstacle.friction_ratio), or does not exist.
 [[nodiscard]] std::optional<std::string> case_value(const Case& spec, const std::string& path);
 
-/// Hash of what influences the computed numbers: FNV-1a (64 bit) of write_case without title, output.duration_s,
-/// output.stop_when_steady and output.checkpoint_minutes, so that a longer run of the same case has the same hash and can resume. The strip
-/// source is the exception: its duration sets the length of the avalanche, and is part of the hash.
+/// Hash of what influences the computed numbers: FNV-1a (64 bit) of write_case without the title and the keys without
+/// effect on them (Parameter::no_effect_on_results) and output.duration_s, so that a longer run of the same case has the same hash and can
+/// resume. The strip source is the exception: its duration sets the length of the avalanche, and is part of the hash.
 [[nodiscard]] std::uint64_t case_hash(const Case& spec);
 
 /// The same as 16 hexadecimal digits, as in results.json.

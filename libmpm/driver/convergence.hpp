@@ -94,9 +94,8 @@ struct Convergence {
 /// order alone cannot confirm itself).
 /// @param size          h, coarse first, strictly falling; at least three
 /// @param formal_order  of the scheme, > 0
-/// @param noise         twice the statistical error of the difference of the two finest values, in the unit of f; a smaller difference
-/// shows
-///                      no order
+/// @param noise         twice the statistical error of the difference of the two finest values, in the unit of f; a smaller one has no
+/// order
 /// @throws ConfigError  as above
 Convergence judge_convergence(std::span<const double> size, std::span<const double> value, double formal_order, double noise = 0.0);
 

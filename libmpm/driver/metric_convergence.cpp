@@ -41,7 +41,6 @@ namespace {
 
 std::vector<std::string> names_of(const std::vector<Result>& values) {
   std::vector<std::string> names;
-  names.reserve(values.size());
   for (const Result& r : values) names.push_back(r.name);
   return names;
 }
@@ -110,7 +109,6 @@ void judge_scatter(MetricConvergence& m, std::size_t values) {
 /// @param size the sizes that are judged, coarse first; `metric` belongs to them
 void judge_sizes(MetricConvergence& m, const std::vector<double>& size, const std::vector<Metric>& metric, double formal_order) {
   std::vector<double> value;
-  value.reserve(metric.size());
   for (const Metric& x : metric) value.push_back(x.value);
   const double noise = 2.0 * std::hypot(metric.back().standard_error, metric[metric.size() - 2].standard_error);
   m.convergence = judge_convergence(size, value, formal_order, std::isfinite(noise) ? noise : 0.0);
@@ -164,8 +162,7 @@ MetricConvergence judge_metric(const std::string& name, SweepKind kind, std::vec
   if (!goes_to_zero(kind)) {
     judge_scatter(m, there.size());
   } else if (there.size() < 3) {
-    m.verdict = fmt::format("values only: {} size{} with a value, an order needs three and better four", there.size(),
-                            there.size() == 1 ? "" : "s");
+    m.verdict = fmt::format("values only: {} with a value, an order needs three and better four", counted(there.size(), "size"));
   } else {
     judge_sizes(m, size, there, formal_order);
   }

@@ -11,7 +11,6 @@
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/impact/grid_uncertainty.hpp"
 #include "libmpm/impact/measure.hpp"
-#include "libmpm/impact/steady.hpp"
 #include "libmpm/observe/observer.hpp"
 
 namespace mpm {

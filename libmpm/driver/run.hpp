@@ -58,9 +58,9 @@ struct RunResult {
 /// Sampling (sampling.hpp) says when samples and frames are taken and when the run ends. Steps are shortened to meet these instants, so
 /// that a resumed or extended run takes the same steps.
 ///
-/// Two checkpoints are kept, checkpoint.h5 and checkpoint.previous.h5. A resumed run uses the newest that is undamaged, belongs to this
-/// case, and for which series.csv has all rows. A message reports if an older one is used. If every checkpoint is refused, the run does
-/// not start again from t = 0.
+/// Two checkpoints are kept, checkpoint.h5 and checkpoint.previous.h5. A resumed run uses the newest that is undamaged and belongs to this
+/// case; it holds the rows of series.csv, which are written again if they are missing there. A message reports if an older one is used. If
+/// every checkpoint is refused, the run does not start again from t = 0.
 /// @throws ConfigError, IoError, UnstableError (files written before remain)
 RunResult run_case(const Case& c, const RunOptions& options);
 

@@ -16,7 +16,6 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/base/process.hpp"
 #include "libmpm/base/text.hpp"
-#include "libmpm/boundary/obstacle_spec.hpp"
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/checkpoint.hpp"
 #include "libmpm/driver/sampling.hpp"

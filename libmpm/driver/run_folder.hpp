@@ -24,8 +24,6 @@ class DirectoryLock {
   /// Tries for half a second, because is_locked() of another process takes the lock for an instant.
   /// @throws IoError if another process holds it, or the file cannot be made
   explicit DirectoryLock(const std::filesystem::path& directory);
-  DirectoryLock(const DirectoryLock&) = delete;
-  DirectoryLock& operator=(const DirectoryLock&) = delete;
   ~DirectoryLock();
 
   /// What the user should know about the lock; empty if the file system has locks.

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
-#include <variant>
 
 #include "libmpm/base/error.hpp"
 

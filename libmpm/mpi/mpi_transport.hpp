@@ -16,8 +16,6 @@ class MpiTransport : public Transport {
   MpiTransport(int& argc, char**& argv);
   /// Ends MPI.
   ~MpiTransport() override;
-  MpiTransport(const MpiTransport&) = delete;
-  MpiTransport& operator=(const MpiTransport&) = delete;
 
   [[nodiscard]] int rank() const override { return rank_; }
   [[nodiscard]] int size() const override { return size_; }

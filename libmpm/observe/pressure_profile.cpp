@@ -1,8 +1,6 @@
 #include "libmpm/observe/pressure_profile.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
 namespace mpm {
 

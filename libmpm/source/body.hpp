@@ -2,7 +2,6 @@
 /// A body: particles that fill a simple shape.
 
 #include <cstdint>
-#include <string>
 
 #include "libmpm/base/types.hpp"
 #include "libmpm/boundary/outline.hpp"

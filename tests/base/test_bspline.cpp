@@ -78,9 +78,9 @@ TEST(Bspline, LanesGiveWhatTheScalarGives) {
   std::uniform_real_distribution<double> offset(0.5, 1.5);
   for (int n = 0; n < 100; ++n) {
     Lanes f;
-    for (int i = 0; i < lane_count; ++i) f[i] = offset(random);
+    for (int i = 0; i < lanes_of<Lanes>; ++i) f[i] = offset(random);
     const auto w = bspline_weights(f);
-    for (int i = 0; i < lane_count; ++i) {
+    for (int i = 0; i < lanes_of<Lanes>; ++i) {
       const auto s = bspline_weights(static_cast<double>(f[i]));
       EXPECT_NEAR(w.n0[i], s.n0, eps);  // a contracted multiply-add may round once less
       EXPECT_NEAR(w.n1[i], s.n1, eps);

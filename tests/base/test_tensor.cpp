@@ -67,10 +67,10 @@ TEST(HenckyTrial, StressErrorIsAtRoundOffFromTinyToLargeStrains) {
   for (const double strain : {0.0, 1e-9, 1e-5, 1e-3, 0.01, 0.03, 0.1, 0.3})
     for (const double increment : {1e-9, 1e-5, 1e-3, 0.01, 0.03, 0.1, 0.3}) {
       for (int group = 0; group < 40; ++group) {
-        Sample s[lane_count];
+        Sample s[lanes_of<Lanes>];
         HenckyStrain<Lanes> eps{};
         Matrix3<Lanes> dl{};
-        for (int i = 0; i < lane_count; ++i) {
+        for (int i = 0; i < lanes_of<Lanes>; ++i) {
           s[i] = sample(strain, increment);
           eps.volumetric[i] = s[i].eps.volumetric;
           const auto& d = s[i].eps.deviator;
@@ -80,7 +80,7 @@ TEST(HenckyTrial, StressErrorIsAtRoundOffFromTinyToLargeStrains) {
             for (int b = 0; b < 3; ++b) dl.m[a][b][i] = s[i].dl.m[a][b];
         }
         const HenckyStrain<Lanes> lanes = hencky_trial(eps, dl);
-        for (int i = 0; i < lane_count; ++i) {
+        for (int i = 0; i < lanes_of<Lanes>; ++i) {
           const Mat3l reference = trial_in_long_double(s[i].eps, s[i].dl);
           const double allowed = 1e-12 * std::max(largest_entry(stress(reference)), 2e-3);
           const auto& d = lanes.deviator;
@@ -114,7 +114,7 @@ TEST(HenckyTrial, InvertedOrSenselessIncrementsGiveNaNInTheirLaneOnly) {
   dl.m[0][1][4] = std::numeric_limits<double>::quiet_NaN();
   dl.m[0][1][6] = std::numeric_limits<double>::infinity();
   const HenckyStrain<Lanes> trial = hencky_trial(HenckyStrain<Lanes>{}, dl);
-  for (int i = 0; i < lane_count; ++i) {
+  for (int i = 0; i < lanes_of<Lanes>; ++i) {
     const bool fault = i == 1 || i == 3 || i == 4 || i == 6;
     EXPECT_EQ(std::isnan(trial.volumetric[i]) || std::isnan(trial.deviator.xx[i]), fault) << i;
     if (!fault) {

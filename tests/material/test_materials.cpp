@@ -127,7 +127,7 @@ TEST(EveryLaw, GivesTheSameVolumeInLanesAsAlone) {
     lanes.stress.xx = broadcast<Lanes>(alone.stress.xx), lanes.stress.yy = broadcast<Lanes>(alone.stress.yy);
     lanes.stress.zz = broadcast<Lanes>(alone.stress.zz), lanes.internal = broadcast<Lanes>(alone.internal);
     const Lanes ratio = law.volume_ratio(lanes);
-    for (int i = 0; i < lane_count; ++i) EXPECT_NEAR(ratio[i], law.volume_ratio(alone), 1e-14);
+    for (int i = 0; i < lanes_of<Lanes>; ++i) EXPECT_NEAR(ratio[i], law.volume_ratio(alone), 1e-14);
   });
 }
 

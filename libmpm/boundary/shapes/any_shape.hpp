@@ -25,13 +25,8 @@ concept ObstacleShape = std::default_initializable<S> && std::equality_comparabl
   { shape.outline() } -> std::same_as<Outline>;
 };
 
-namespace detail {
-template <ObstacleShape... S>
-using OneOfShapes = std::variant<S...>;
-}  // namespace detail
-
 /// One shape of the list, with its parameters.
-using AnyShape = detail::OneOfShapes<BoxShape, CylinderShape, WedgeShape>;
+using AnyShape = std::variant<BoxShape, CylinderShape, WedgeShape>;
 
 /// Name and description of every shape, for the reference of keys: "box: rectangle in plan; cylinder: ...".
 [[nodiscard]] inline std::string shape_descriptions() {
