@@ -21,6 +21,17 @@ class Quantity(NamedTuple):
 
 
 LATER = "peak after the first impact, steady or not"
+PEAKS = {"steady_peak": "steady peak (0.1 s)", "first_impact": "first impact (0.1 s)", "later_peak": f"{LATER} (0.1 s)"}
+STATIC = {"mean": "steady mean", **PEAKS}
+LINE_LOADS = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact": "first impact",
+              "later_peak": "later peak", "with_vibration": "design load, with the mast's masses"}
+LATERAL = (("lateral_force", "lateral force, either way", "kN"), ("lateral_moment", "moment of the lateral force at the ground", "kN m"),
+           ("torsion", "torsion about the mast's own axis", "kN m"))
+
+
+def _of_each(values, key, label, unit):
+    """A Quantity for each of the values of a load, in thousands. @param values  of STATIC; @param key  with {} in place of their names"""
+    return [Quantity(key.format(which), f"{label}, {text}", unit, 1e-3) for which, text in values.items()]
 
 
 QUANTITIES = [
@@ -28,21 +39,20 @@ QUANTITIES = [
     Quantity("runup_mean_m", "highest particle, steady mean", "m", 1.0),
     Quantity("runup_peak_m", "highest particle, first splash included", "m", 1.0),
     Quantity("pressure_height_mean_m", "pressure height above ground, steady mean", "m", 1.0),
-    Quantity("force_mean_n", "force downstream, steady mean", "kN", 1e-3),
-    Quantity("force_steady_peak_n", "force, steady peak (0.1 s)", "kN", 1e-3),
-    Quantity("force_first_impact_n", "force, first impact (0.1 s)", "kN", 1e-3),
-    Quantity("force_later_peak_n", f"force, {LATER} (0.1 s)", "kN", 1e-3),
-    Quantity("moment_mean_n_m", "overturning moment, steady mean", "kN m", 1e-3),
-    Quantity("moment_steady_peak_n_m", "overturning moment, steady peak (0.1 s)", "kN m", 1e-3),
-    Quantity("moment_first_impact_n_m", "overturning moment, first impact (0.1 s)", "kN m", 1e-3),
-    Quantity("moment_later_peak_n_m", f"overturning moment, {LATER} (0.1 s)", "kN m", 1e-3),
+    *(_of_each({"mean": "steady mean"}, "force_{}_n", "force downstream", "kN") + _of_each(PEAKS, "force_{}_n", "force", "kN")),
+    *_of_each(STATIC, "moment_{}_n_m", "overturning moment", "kN m"),
     Quantity("resultant_height_m", "height at which the mean force gives the mean overturning moment", "m", 1.0),
     Quantity("drag_coefficient", "drag coefficient, mean force over ½ρv²wH", "", 1.0),
 ]
+ARM = [Quantity("mast_force_mean_n", "force downstream on the mast without its arm, steady mean", "kN", 1e-3),
+       Quantity("mast_moment_mean_n_m", "overturning moment of the mast without its arm, steady mean", "kN m", 1e-3),
+       *_of_each(STATIC, "arm_force_{}_n", "arm: force downstream", "kN"), *_of_each(STATIC, "arm_lift_{}_n", "arm: force upwards", "kN"),
+       Quantity("arm_height_m", "arm: height at which its mean force gives its moment", "m", 1.0)]
 
-
-LATERAL = (("lateral_force", "lateral force, either way", "kN"), ("lateral_moment", "moment of the lateral force at the ground", "kN m"),
-           ("torsion", "torsion about the mast's own axis", "kN m"))
+STEADY, IMPACT = ("mean", "steady_peak", "with_vibration_steady"), ("first_impact", "later_peak", "with_vibration")
+STEADY_FORCES, IMPACT_FORCES, STATIC_FORCES = ([f"force_{which}_n" for which in of] for of in (STEADY, IMPACT, STATIC))
+STEADY_MOMENTS, IMPACT_MOMENTS, STATIC_MOMENTS = ([f"moment_{which}_n_m" for which in of] for of in (STEADY, IMPACT, STATIC))
+FORCES, MOMENTS = STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS
 
 
 def is_oblique(plan):
@@ -50,44 +60,20 @@ def is_oblique(plan):
     return plan["mast"].get("angle_deg", 0.0) != 0.0
 
 
-ARM = [Quantity("mast_force_mean_n", "force downstream on the mast without its arm, steady mean", "kN", 1e-3),
-       Quantity("mast_moment_mean_n_m", "overturning moment of the mast without its arm, steady mean", "kN m", 1e-3),
-       *(Quantity(f"arm_{name}_{which}_n", f"arm: force {axis}, {text}", "kN", 1e-3) for name, axis in (("force", "downstream"), ("lift", "upwards"))
-         for which, text in (("mean", "steady mean"), ("steady_peak", "steady peak (0.1 s)"), ("first_impact", "first impact (0.1 s)"),
-                                                                                 ("later_peak", f"{LATER} (0.1 s)"))),
-       Quantity("arm_height_m", "arm: height at which its mean force gives its moment", "m", 1.0)]
-
-
-STEADY_FORCES = ("force_mean_n", "force_steady_peak_n", "force_with_vibration_steady_n")
-IMPACT_FORCES = ("force_first_impact_n", "force_later_peak_n", "force_with_vibration_n")
-STEADY_MOMENTS = ("moment_mean_n_m", "moment_steady_peak_n_m", "moment_with_vibration_steady_n_m")
-IMPACT_MOMENTS = ("moment_first_impact_n_m", "moment_later_peak_n_m", "moment_with_vibration_n_m")
-FORCES, MOMENTS = STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS
-STATIC_FORCES = ("force_mean_n", "force_steady_peak_n", "force_first_impact_n", "force_later_peak_n")
-STATIC_MOMENTS = ("moment_mean_n_m", "moment_steady_peak_n_m", "moment_first_impact_n_m", "moment_later_peak_n_m")
-
-
 def arm_keys(name):
     """@param name  arm_force or arm_lift"""
-    return f"{name}_mean_n", f"{name}_steady_peak_n", f"{name}_first_impact_n", f"{name}_later_peak_n"
-
-
-LINE_LOADS = {"mean": "steady mean", "steady_peak": "steady peak", "first_impact": "first impact",
-              "later_peak": "later peak", "with_vibration": "design load, with the mast's masses"}
+    return [f"{name}_{which}_n" for which in STATIC]
 
 
 def quantities_of(plan):
     """All quantities: the fixed ones, those of an arm and of an oblique flow, and where there are modes, what they add."""
-    lateral = [Quantity(f"{name}_{which}", f"{label}, {text} (0.1 s)", unit, 1e-3)
-               for name, label, unit in LATERAL for which, text in (("steady_peak", "steady peak"), ("first_impact", "first impact"), ("later_peak", LATER))]
+    lateral = [quantity for name, label, unit in LATERAL for quantity in _of_each(PEAKS, f"{name}_{{}}", label, unit)]
     fixed = QUANTITIES + (ARM if "arm" in plan else []) + (lateral if is_oblique(plan) else [])
     if not plan["modes"]:
         return fixed
-    vibrating = [
-        Quantity("force_with_vibration_n", "force at the foundation with the vibration, first impact included", "kN", 1e-3),
-        Quantity("force_with_vibration_steady_n", "force at the foundation with the vibration, while steady", "kN", 1e-3),
-        Quantity("moment_with_vibration_n_m", "moment at the foundation with the vibration, first impact included", "kN m", 1e-3),
-        Quantity("moment_with_vibration_steady_n_m", "moment at the foundation with the vibration, while steady", "kN m", 1e-3)]
+    vibrating = [quantity for name, unit in (("force", "n"), ("moment", "n_m")) for quantity in _of_each(
+        {"": "first impact included", "_steady": "while steady"}, f"{name}_with_vibration{{}}_{unit}", f"{name} at the foundation with the vibration",
+        "kN" if name == "force" else "kN m")]
     for mode in plan["modes"]:
         name, text = f"mode_{mode['frequency_hz']:g}_hz", f"mode at {mode['frequency_hz']:g} Hz: "
         vibrating += [Quantity(f"{name}_shape_at_load", text + "shape at the load, 1 at the top", "", 1.0),
