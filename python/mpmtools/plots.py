@@ -20,15 +20,17 @@ from mpmtools.terrain import terrain_of
 STRIP = 3.0 / 7.0  # half width of the paper's measuring strip over the width of the mast (Appendix A2)
 
 
+class NothingToShow(InputError):
+    """The run lacks what a figure shows."""
+
+
 def runup(run, axes=None):
     """Run-up over time (m, s), without and with single particles, with the steady interval, the means, Bernoulli's bound and the paper's
     equation, which is for the highest particle."""
-    series = _series_with(run, "runup_p99_m", "the run measured no run-up")
+    _series_with(run, "runup_p99_m", "the run measured no run-up")
     axes = _over_time(run, axes)
-    axes.plot(series.index, series.runup_p99_m, color=BLUE, linewidth=1.2, label="run-up (99 % of the mass is below)")
-    _mean_line(axes, run, "runup_p99", "its steady mean", BLUE)
-    axes.plot(series.index, series.runup_m, color=ORANGE, linewidth=0.8, label="highest particle")
-    _mean_line(axes, run, "runup", "its steady mean", ORANGE)
+    _height_lines(axes, run, "runup_p99", "its steady mean", label="run-up (99 % of the mass is below)", color=BLUE, linewidth=1.2)
+    _height_lines(axes, run, "runup", "its steady mean", label="highest particle", color=ORANGE, linewidth=0.8)
     bound = run.flow_height + run.velocity**2 / (2 * run.gravity) if run.velocity else None
     _reference_line(axes, bound, "Bernoulli, $H + v^2/2g$", color=GREY, linestyle=":")
     _reference_line(axes, run.number("predicted_runup_m"), _equation_label(run), color=GREEN, linestyle="--")
@@ -37,10 +39,9 @@ def runup(run, axes=None):
 
 def pressure_height(run, axes=None):
     """Pressure height over time (m, s) with the steady interval, its mean and the paper's equation."""
-    series = _series_with(run, "pressure_height_m", "the run measured no pressure height")
+    _series_with(run, "pressure_height_m", "the run measured no pressure height")
     axes = _over_time(run, axes)
-    axes.plot(series.index, series.pressure_height_m, color=BLUE, linewidth=1.2, label="pressure height")
-    _mean_line(axes, run, "pressure_height", "steady mean", BLUE)
+    _height_lines(axes, run, "pressure_height", "steady mean", label="pressure height", color=BLUE, linewidth=1.2)
     _reference_line(axes, run.number("predicted_pressure_height_m"), _equation_label(run), color=GREEN, linestyle="--")
     _reference_line(axes, run.flow_height, "flow height $H$", color=GREY, linestyle=":")
     return _height_axis(axes, run, "pressure height $h_p$ (m)")
@@ -50,7 +51,7 @@ def profile(run, axes=None):
     """Pressure over height (kPa, m), mean over the steady interval, with the threshold that defines the pressure height."""
     table = run.profile
     if table.empty:
-        raise InputError("the run has no steady interval, so no mean profile" if run.obstacle else "the case has no obstacle")
+        raise NothingToShow("the run has no steady interval, so no mean profile" if run.obstacle else "the case has no obstacle")
     axes = _axes(axes, (7.0, 6.0))
     z = table.z_m
     bin_height = z.iat[1] - z.iat[0]
@@ -62,13 +63,9 @@ def profile(run, axes=None):
         axes.axvline(0.05e-3 * mean, color=ORANGE, linestyle=":", label="threshold, 5 % of it")
     _reference_line(axes, run.number("pressure_height_of_mean_profile_m"), "pressure height of this profile", color=GREEN, linestyle="--")
     _reference_line(axes, run.flow_height, "flow height $H$", color=GREY, linestyle=":")
-    axes.set_xlabel("pressure normal to the front (kPa, Cauchy)")
-    axes.set_ylabel("height $z$ (m)")
     axes.set_ylim(0, z.iat[-1] + 0.5 * bin_height)
     axes.set_xlim(left=min(0.0, 1.1e-3 * table.smoothed_pressure_pa.min()))
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    return _finished(axes, "pressure normal to the front (kPa, Cauchy)", "height $z$ (m)")
 
 
 def force(run, axes=None):
@@ -91,13 +88,9 @@ class Section:
         self.time = frame.time
         self.x, self.z = position[order, 0], position[order, 2]
         self.stress = 1e-3 * (frame["kirchhoff_stress_pa"][:, 0] / frame["volume_ratio"])[order]
-        self.runup, self.pressure_height = (self._height_of(run, column) for column in ("runup_m", "pressure_height_m"))
-
-    def _height_of(self, run, column):
-        """NaN where the run measured none."""
-        if column not in run.series:
-            return np.nan
-        return float(np.interp(self.time, run.series.index, run.series[column], left=np.nan, right=np.nan))
+        self.runup, self.pressure_height = (  # NaN where the run measured none
+            float(np.interp(self.time, run.series.index, run.series[column], left=np.nan, right=np.nan)) if column in run.series else np.nan
+            for column in ("runup_m", "pressure_height_m"))
 
 
 def section_half_width(run):
@@ -146,10 +139,9 @@ def draw_section(axes, run, section, norm, points_per_m, top):
 
 def side_view(run, frame=None, axes=None):
     """Particles of a frame (default: the last) near the axis, coloured by stream-wise Cauchy stress, with a colour bar."""
-    frame = frame or _last_frame(run)
-    section = Section(run, frame, section_half_width(run))
+    section = Section(run, frame or run.require_frames()[-1], section_half_width(run))
     if not section.x.size:
-        raise InputError("no particles are near the axis in this frame")
+        raise NothingToShow("no particles are near the axis in this frame")
     left, right = shown_range(run, [section])
     top = shown_top([section], left, right)
     axes = _axes(axes, (9.0, 1.5 + 7.0 * min(1.2, top / (right - left))))
@@ -164,7 +156,7 @@ def side_view(run, frame=None, axes=None):
 
 def plan_view(run, frame=None, axes=None):
     """Particles of a frame (default: the last) from above, coloured by height (m), with the outline of the obstacle. The whole flow."""
-    frame = frame or _last_frame(run)
+    frame = frame or run.require_frames()[-1]
     position = frame.whole("position_m")
     position = position[np.argsort(position[:, 2])]
     axes = _axes(axes, (8.0, 7.0))
@@ -190,10 +182,7 @@ def grid_study(study, metric, axes=None):
         axes.axhspan(finest - uncertainty, finest + uncertainty, color=ORANGE, alpha=0.15, zorder=0,
                      label=f"numerical uncertainty of the finest grid: ± {uncertainty:.2g}")
     axes.set_xlim(left=0.0)
-    axes.set(xlabel="cell size (m)", ylabel=metric)
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    return _finished(axes, "cell size (m)", metric)
 
 
 def inflow(run, axes=None):
@@ -201,12 +190,8 @@ def inflow(run, axes=None):
     Returns the two axes, depth first."""
     rows = run.case.get("conveyor.inflow")
     if not rows:
-        raise InputError("the inflow of this run does not vary in time; there is nothing to compare it with")
-    measured = measured_inflow(run)
-    if axes is None:
-        from matplotlib import pyplot
-
-        axes = pyplot.subplots(2, 1, figsize=(7.5, 5.6), sharex=True, layout="constrained")[1]
+        raise NothingToShow("the inflow of this run does not vary in time; there is nothing to compare it with")
+    measured, axes = measured_inflow(run), _axes(axes, (7.5, 5.6), 2)
     times = [row["time_s"] for row in rows]
     for panel, key, column, label in zip(axes, ("flow_height_m", "velocity_m_s"), ("depth_m", "velocity_m_s"), ("flow depth (m)", "speed (m/s)")):
         panel.plot(times, [row[key] for row in rows], color=ORANGE, linewidth=2.2, label="path model")
@@ -223,21 +208,24 @@ def inflow(run, axes=None):
 # ---- Parts ----------------------------------------------------------------------------------------------------------------------------
 
 
-def _axes(axes, size):
+def _axes(axes, size, rows=1):
     if axes is not None:
         return axes
     from matplotlib import pyplot
 
-    return pyplot.subplots(figsize=size, layout="constrained")[1]
+    return pyplot.subplots(rows, figsize=size, sharex=True, layout="constrained")[1]
 
 
-def _last_frame(run):
-    return run.require_frames()[-1]
+def _finished(axes, x, y, **legend):
+    axes.set(xlabel=x, ylabel=y)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small", **legend)
+    return axes
 
 
 def _series_with(run, column, otherwise):
     if column not in run.series:
-        raise InputError(otherwise)
+        raise NothingToShow(otherwise)
     return run.series
 
 
@@ -247,7 +235,6 @@ def _over_time(run, axes):
     if begin is not None and end is not None:
         axes.axvspan(begin, end, color="0.92", zorder=0, label="steady interval")
     axes.set_xlim(run.series.index[0], run.series.index[-1])
-    axes.grid(alpha=0.3)
     axes.set_xlabel("time since the front reached the obstacle (s)" if run.flow_height else "time (s)")
     return axes
 
@@ -259,10 +246,8 @@ def _components(run, axes, name, unit, symbol, label):
     for component, colour, mean in zip("xyz", (BLUE, ORANGE, GREEN), means):
         text = f"${symbol}_{component}$" + (f", steady mean {1e-3 * mean:.3g}" if mean is not None else "")
         axes.plot(series.index, 1e-3 * series[f"{name}_{component}_{unit}"], color=colour, linewidth=1.1, label=text)
-    axes.set_ylabel(label)
     _limit_to_the_flow(axes, 1e-3 * series[[f"{name}_{component}_{unit}" for component in "xyz"]].to_numpy(), label)
-    axes.legend(fontsize="small", loc="upper right")
-    return axes
+    return _finished(axes, axes.get_xlabel(), label, loc="upper right")
 
 
 def _limit_to_the_flow(axes, values, label):
@@ -286,21 +271,19 @@ def _equation_label(run):
     return "paper's equation, extrapolated" if run.outside_of_equations else "paper's equation"
 
 
-def _mean_line(axes, run, key, label, colour):
+def _height_lines(axes, run, key, of_mean, color, **style):
+    """A height over time, and its steady mean where it has one."""
+    axes.plot(run.series.index, run.series[f"{key}_m"], color=color, **style)
     mean, error = run.number(f"{key}_mean_m"), run.number(f"{key}_standard_error_m")
-    if mean is None:
-        return
-    interval = [run.number("steady_from_s"), run.number("steady_to_s")]
-    text = f"{label}: {mean:.3g} m" + (f" ± {error:.1g} m in time" if error is not None else "")
-    axes.plot(interval, [mean, mean], color=colour, linewidth=2.6, label=text)
+    if mean is not None:
+        text = f"{of_mean}: {mean:.3g} m" + (f" ± {error:.1g} m in time" if error is not None else "")
+        axes.plot([run.number("steady_from_s"), run.number("steady_to_s")], [mean, mean], color=color, linewidth=2.6, label=text)
 
 
 def _height_axis(axes, run, label):
     """The height in m on the left, in flow heights on the right."""
     axes.set_ylim(0, 1.05 * axes.get_ylim()[1])
-    axes.set_ylabel(label)
     if height := run.flow_height:
         right = axes.secondary_yaxis("right", functions=(lambda z: z / height, lambda z: z * height))
         right.set_ylabel("in flow heights H")
-    axes.legend(fontsize="small", framealpha=0.9, loc="best")
-    return axes
+    return _finished(axes, axes.get_xlabel(), label, framealpha=0.9, loc="best")

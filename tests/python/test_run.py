@@ -213,7 +213,7 @@ class Pictures(RunFolder):
 
     def test_show_the_profile_that_the_run_measured(self):
         """Its windows may be those of [measurement], or lie along a cylinder: a profile of the particles here would be another one."""
-        for figure in (run_pictures.draw_profile(Run(self.folder)), run_pictures.draw_side_view(Run(self.folder), [1.5])):
+        for figure in (run_pictures.draw_panels(Run(self.folder), "profile"), run_pictures.draw_side_view(Run(self.folder), [1.5])):
             drawn = [line.get_xydata() for axes in figure.axes for line in axes.lines if len(line.get_xdata()) == 3]
             self.assertTrue(any(np.array_equal(xy, [[4.0, 0.1], [2.0, 0.3], [1.0, 0.5]]) for xy in drawn), drawn)
             run_pictures.plt.close(figure)
@@ -221,12 +221,12 @@ class Pictures(RunFolder):
     def test_of_forces_are_not_scaled_by_the_first_contact_and_heights_keep_their_width(self):
         rows = "".join(f"{0.02 * i},5,4,2,{428e3 if i < 2 else 120e3},0,0,0,{-100e3},0\n" for i in range(200))
         self.write("series.csv", SERIES + rows)
-        figure = run_pictures.draw_forces(Run(self.folder))
+        figure = run_pictures.draw_panels(Run(self.folder), "forces")
         self.assertLess(figure.axes[0].get_ylim()[1], 250.0)
         self.assertEqual([text.get_text() for text in figure.axes[0].texts], ["up to 428 at first contact: force (kN)"])
         self.assertEqual(len(figure.axes[1].texts), 0)
         run_pictures.plt.close(figure)
-        figure = run_pictures.draw_heights(Run(self.folder))
+        figure = run_pictures.draw_panels(Run(self.folder), "heights")
         figure.canvas.draw()
         for axes in figure.axes:
             self.assertGreater(axes.get_position().width, 0.75)

@@ -23,54 +23,43 @@ from mpmtools.plots import Section
 from mpmtools.run import Run
 
 
+PANELS = {  # picture: functions of plots, one below the other; inches; what they show; place of their legends
+    "heights": ((plots.runup, plots.pressure_height), (9.0, 8.5), "run-up and pressure height on the obstacle over time",
+                {"frameon": False, "loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 2}),
+    "profile": ((plots.profile,), (7.0, 6.5), "mean pressure on the obstacle over the steady interval", None),
+    "forces": ((plots.force, plots.moment), (8.5, 7.0), "force of the snow on the obstacle, and moment about the foot of its front face", None),
+}
+
+
 def draw_run(folder, out=None, times=(), kind="png"):
     """Draws all pictures of a run into `out` (default FOLDER/post). @return {name: path, or the reason why there is none}"""
     out = out or os.path.join(folder, "post")
-    run = Run(folder, fallback=out)
-    pictures = {"heights": draw_heights(run), "profile": draw_profile(run), "forces": draw_forces(run),
-                "side_view": draw_side_view(run, times)}
-    written = {}
-    for name, picture in pictures.items():
-        if isinstance(picture, str):
-            written[name] = (None, picture)
+    run, written = Run(folder, fallback=out), {}
+    for name in (*PANELS, "side_view"):
+        try:
+            figure = draw_panels(run, name) if name in PANELS else draw_side_view(run, times)
+        except plots.NothingToShow as reason:
+            written[name] = (None, str(reason))
             continue
         path = os.path.join(out, f"{name}.{kind}")
-        save_figure(picture, path, dpi=150)
+        save_figure(figure, path, dpi=150)
         written[name] = (path, "")
     return written
 
 
-def new_figure(width, height, **arguments):
-    return plt.subplots(figsize=(width, height), layout="constrained", **arguments)
-
-
-def draw_heights(run):
-    if "runup_m" not in run.series:
-        return "the run measured no run-up"
-    figure, (top, bottom) = new_figure(9.0, 8.5, nrows=2, sharex=True)
-    figure.suptitle(f"{run.title}\nrun-up and pressure height on the obstacle over time")
-    for axes in (plots.runup(run, top), plots.pressure_height(run, bottom)):
-        axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    top.set_xlabel("")
-    return figure
-
-
-def draw_profile(run):
-    if run.profile.empty:
-        return "the run has no steady interval, so no mean profile" if run.obstacle else "the case has no obstacle"
-    figure, axes = new_figure(7.0, 6.5)
-    figure.suptitle(f"{run.title}\nmean pressure on the obstacle over the steady interval")
-    plots.profile(run, axes)
-    return figure
-
-
-def draw_forces(run):
-    if "force_x_n" not in run.series:
-        return "the case has no obstacle"
-    figure, (top, bottom) = new_figure(8.5, 7.0, nrows=2, sharex=True)
-    figure.suptitle(f"{run.title}\nforce of the snow on the obstacle, and moment about the foot of its front face")
-    plots.force(run, top).set_xlabel("")
-    plots.moment(run, bottom)
+def draw_panels(run, name):
+    """A picture of PANELS."""
+    functions, size, title, legend = PANELS[name]
+    figure, panels = plt.subplots(len(functions), figsize=size, sharex=True, squeeze=False, layout="constrained")
+    figure.suptitle(f"{run.title}\n{title}")
+    try:
+        for draw, axes in zip(functions, panels[:, 0]):
+            draw(run, axes).label_outer()
+            if legend:
+                axes.legend(fontsize="small", **legend)
+    except plots.NothingToShow:
+        plt.close(figure)
+        raise
     return figure
 
 
@@ -130,12 +119,12 @@ class Page:
 
 def draw_side_view(run, times):
     if not run.frames:
-        return "the run stored no frames"
+        raise plots.NothingToShow("the run stored no frames")
     half_width = plots.section_half_width(run)
     sections = [Section(run, frame, half_width) for frame in chosen_frames(run.frames, times)]
     sections = [section for section in sections if section.x.size > 0]
     if not sections:
-        return "no particles are near the axis in the chosen frames"
+        raise plots.NothingToShow("no particles are near the axis in the chosen frames")
     left, right = plots.shown_range(run, sections)
     top = plots.shown_top(sections, left, right)
     bottom = -0.02 * top
