@@ -631,7 +631,7 @@ class Scaling(DesignFolder):
         rows = what_decides.sensitivity_rows(ensemble, results)
         self.assertEqual([row[0] for row in rows if "scaling" in row[0]], ["density ± 20 %, scaling"])
         self.assertIn("Depth and speed are not scaled: firm M' 2.3", what_decides.ensemble_text(ensemble, results, rows))
-        self.assertEqual(comparison.drag_sources(ensemble.plan)[-1][1::2], ("–", "beyond its M' 0.4 to 1.53: firm M' 2.3"))
+        self.assertEqual(comparison.own_drag_source(ensemble.plan)[1::2], ("–", "beyond its M' 0.4 to 1.53: firm M' 2.3"))
 
     def test_is_exact_for_density_and_leaves_the_computed_avalanche_as_it_is(self):
         computed = scaling.Avalanche(2.0, 10.0, 300.0)
@@ -727,7 +727,7 @@ class Scaling(DesignFolder):
             results = Results(ensemble)
             said = what_decides.ensemble_text(ensemble, results, what_decides.sensitivity_rows(ensemble, results))
             self.assertEqual("its error beyond is not known" in said, beyond, said)
-            self.assertEqual(comparison.drag_sources(ensemble.plan)[-1][1] == "–", froude > 7.0)
+            self.assertEqual(comparison.own_drag_source(ensemble.plan)[1] == "–", froude > 7.0)
 
 
 class Factors(DesignFolder):

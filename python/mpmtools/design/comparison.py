@@ -39,27 +39,16 @@ def span(low, high, digits=2):
     return low if low == high else f"{low} to {high}"
 
 
-def drag_sources(plan):
-    """[(shape and regime, c_D, source, what was checked)] from the literature and from this program's study."""
+def own_drag_source(plan):
+    """(shape and regime, c_D, source, what was checked) of this program's study, a row of the page's table of drag coefficients."""
     froude, frictions = plan["flow"]["froude_number"], sorted(snow["effective_friction"] for snow in plan["snows"])
     beyond = f"this flow is beyond its Fr {FROUDE[0]:g} to {FROUDE[1]:g}" if not is_fitted(froude) else (
         f"beyond its M' {FITTED[0]:g} to {FITTED[1]:g}: {unknown}" if (unknown := unknown_snows(plan)) else "")
-    own, weight = zip(*((drag_coefficient(m, froude), weight_factor(m)) for m in (frictions[0], frictions[-1])))
-    return [
-        ("round", f"{DRAG_COEFFICIENTS['cylinder']:g}", "Swiss rules (Salm, Burkard and Gubler 1990; Margreth, Stoffel and Schaer 2015, WSL Berichte 28)",
-         "not verified: as commonly quoted; the text was not available, only the abstract of 2015"),
-        ("rectangular", f"{DRAG_COEFFICIENTS['box']:g}", "the same", "not verified, likewise"),
-        ("pylon, slow wet snow", f"{HYDROSTATIC:g}/Fr² = {HYDROSTATIC / froude**2:.2g}", f"Sovilla, Kern and Schaer (2010): {HYDROSTATIC:g} times the hydrostatic pressure, "
-         "whatever the speed", "abstract"),
-        ("tower, wet snow", "above the guideline", "EPFL Infoscience record 206442: wet avalanches press considerably more than the guidelines give, "
-         "on obstacles of several shapes", "abstract; no numbers there"),
-        ("round, square, triangular; Fr < 1", "no number", "Kyburz et al. (2022): the pressure falls with the width for every shape, and cohesion raises it; discrete elements",
-         "abstract"),
-        ("mast-like, fast granular flow", "no number", "Hauksson et al. (2007): no more force on obstacles higher than 3 H", "as the paper quotes it"),
-        ("masts", UNKNOWN, "EUR 23339 (Jóhannesson et al. 2009), chapter on masts", "not verified: the text was not available"),
-        (f"square, w = H, Fr {froude:.2g}, these M'", UNKNOWN if beyond else span(*own), "this program's study, 236 runs: inertia and "
-         f"{UNKNOWN if beyond else span(*weight)} times the hydrostatic force", beyond or "fitted within 12 % (root mean square)"
-         + (f"; above its M' {FITTED[1]:g} about {GROWN:g} times that" if frictions[-1] > FITTED[1] * 1.001 else ""))]
+    ends = frictions[0], frictions[-1]
+    own, weight = (UNKNOWN if beyond else span(*map(of, ends)) for of in (lambda m: drag_coefficient(m, froude), weight_factor))
+    grown = f"; above its M' {FITTED[1]:g} about {GROWN:g} times that" if frictions[-1] > FITTED[1] * 1.001 else ""
+    return (f"square, w = H, Fr {froude:.2g}, these M'", own, f"this program's study, 236 runs: inertia and {weight} times the hydrostatic force",
+            beyond or f"fitted within 12 % (root mean square){grown}")
 
 
 class GuidelineLoad(NamedTuple):

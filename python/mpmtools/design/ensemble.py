@@ -65,6 +65,11 @@ class Ensemble:
             raise InputError(f"{counted(len(unfinished), 'run')} {verb(len(unfinished), 'is', 'are')} not finished, or of another site, first "
                              f"{os.path.join(self.folder, 'runs', unfinished[0])}; `mpm design` runs what is missing")
 
+    @property
+    def wall_minutes(self):
+        """Of all runs together."""
+        return sum(run.number("wall_time_s") or 0.0 for row in self.runs for run in row) / 60.0
+
     def raised(self, by):
         """The same runs on a snow cover that is higher. @param by  m"""
         other = copy.copy(self)

@@ -10,7 +10,7 @@ import re
 import jinja2
 import markupsafe
 
-from mpmtools.design import comparison, figures, page_tables, scaling, what_decides
+from mpmtools.design import comparison, figures, page_tables, scaling, uncertainty, what_decides
 from mpmtools.design.cautions import accuracy, advice_rows
 from mpmtools.design.data_files import design_json, write_tables
 from mpmtools.design.ensemble import Ensemble
@@ -18,16 +18,8 @@ from mpmtools.design.headlines import design_rows, longer, marked
 from mpmtools.design.loads import all_modes
 from mpmtools.design.results import FORCES, MOMENTS, Results, is_oblique
 from mpmtools.design.rounding import short, upward, with_unit
-from mpmtools.design.uncertainty import BATCHES, LENGTH, statistical
-from mpmtools.errors import InputError
-from mpmtools.figures.style import STYLE, inline, use_style
+from mpmtools.figures.style import STYLE, use_style
 from mpmtools.files import write_text
-
-
-LEVELS = {
-    "quick": "quick: coarse grids, at most ten minutes on two cores. For orders of magnitude and for comparing variants.",
-    "standard": "standard: at most an hour on two cores.",
-}
 
 
 def stamp(ensemble):
@@ -69,46 +61,28 @@ def make_page(folder):
     use_style()
     ensemble = Ensemble(folder)
     plan, results = ensemble.plan, Results(ensemble)
-    middle = results.finest[ensemble.middle]
-    spectrum = figures.spectra(ensemble, results.finest)
+    middle, loads = results.finest[ensemble.middle], results.finest
+    spectrum = figures.spectra(ensemble, loads)
     sensitivity = what_decides.sensitivity_rows(ensemble, results)
-    design, advice, uncertain = design_rows(ensemble, results), advice_rows(ensemble, results), accuracy(results)
+    design, advice = design_rows(ensemble, results), advice_rows(ensemble, results)
     pictures = [figures.side_view(ensemble, middle), figures.view_3d(ensemble, middle),
-                figures.pressure_over_height(ensemble, results.finest), figures.line_load(results, plan),
-                figures.over_time(ensemble, results.finest, "force"), figures.over_time(ensemble, results.finest, "moment"),
-                figures.shock_spectrum(ensemble, results.finest, spectrum), figures.runup_over_time(ensemble, results.finest),
-                figures.grid_convergence(ensemble, results.table)]
-    try:
-        files = write_tables(ensemble, results, spectrum)
-        write_text(os.path.join(folder, "design.json"), json.dumps(design_json(ensemble, results), indent=2))
-        environment = jinja2.Environment(loader=jinja2.FileSystemLoader(os.path.dirname(__file__)), autoescape=True, trim_blocks=True)
-        environment.filters.update(inline=inline, short=short, css=css_text, cosine=math.cos, sine=math.sin)
-        page = environment.get_template("design_page.html.j2").render(
-            style=markupsafe.Markup(STYLE), plan=plan, title=plan["title"] or "Avalanche on a mast", stamp=stamp(ensemble),
-            design=design, advice=advice, level=LEVELS[plan["level"]], accuracy=uncertain, not_steady=results.not_steady, longer=longer(plan),
-            oblique=is_oblique(plan), middle_width=middle.run.obstacle_width, base=ensemble.base, axis=middle.axis, slope=math.radians(plan["flow"]["slope_deg"]),
-            snows=page_tables.snow_table(plan), loads=page_tables.load_table(ensemble, results),
-            line_load=page_tables.line_load_table(results, plan), reactions=page_tables.reaction_table(ensemble, results),
-            factors=page_tables.factor_tables(ensemble, results=results), fronts=page_tables.front_table(ensemble, results),
-            cover=cover_text(ensemble),
-            higher_modes=[m["frequency_hz"] for m in all_modes(plan)[len(plan["modes"]):]],
-            guideline=comparison.guideline_rows(plan), guideline_loads=page_tables.guideline_load_table(results, plan),
-            sources={"head": ["shape and regime", "c_D", "source", "what was read of it"], "rows": comparison.drag_sources(plan)},
-            comparison=page_tables.comparison_table(ensemble, results), remarks=comparison.equation_remarks(plan),
-            tornado=figures.tornado(sensitivity), sensitivity=what_decides.sensitivity_table(sensitivity),
-            ensemble_text=what_decides.ensemble_text(ensemble, results, sensitivity), students=[statistical(1.0, LENGTH * number) for number in (max(BATCHES), min(BATCHES))], scaling_errors=scaling.ERRORS, given_shapes=any(mode["shape_at_load"] is not None for mode in plan["modes"]), scaling_froude=scaling.FROUDE,
-            scaling_grown=scaling.GROWN, scaling_friction=(*scaling.FITTED, scaling.CONTINUED * scaling.FITTED[1]),
-            scenarios=what_decides.scenario_table(ensemble, results), known_is_of=comparison.known_uncertainty_remark(plan),
-            pictures=pictures, middle=ensemble.label(ensemble.middle), threads=middle.run.number("threads"), files=files,
-            wall=sum(run.number("wall_time_s") or 0.0 for row in ensemble.runs for run in row) / 60.0,
-            grids=page_tables.grid_table(ensemble, results))
-        path = os.path.join(folder, "design.html")
-        write_text(path, page)
-    except OSError as problem:
-        raise InputError(f"cannot write to '{folder}': {problem.strerror}") from None
+                figures.pressure_over_height(ensemble, loads), figures.line_load(results, plan),
+                figures.over_time(ensemble, loads, "force"), figures.over_time(ensemble, loads, "moment"),
+                figures.shock_spectrum(ensemble, loads, spectrum), figures.runup_over_time(ensemble, loads), figures.grid_convergence(ensemble, results.table)]
+    files = write_tables(ensemble, results, spectrum)
+    write_text(os.path.join(folder, "design.json"), json.dumps(design_json(ensemble, results), indent=2))
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(os.path.dirname(__file__)), autoescape=True, trim_blocks=True)
+    environment.filters.update(short=short, css=css_text, radians=math.radians, cosine=math.cos, sine=math.sin)
+    page = environment.get_template("design_page.html.j2").render(
+        style=markupsafe.Markup(STYLE), plan=plan, ensemble=ensemble, results=results, middle=middle, stamp=stamp(ensemble), cover=cover_text(ensemble),
+        design=design, advice=advice, accuracy=accuracy(results), longer=longer(plan), oblique=is_oblique(plan), all_modes=all_modes(plan), pictures=pictures,
+        tornado=figures.tornado(sensitivity), sensitivity=sensitivity, files=files, comparison=comparison, figures=figures, tables=page_tables,
+        scaling=scaling, uncertainty=uncertainty, what_decides=what_decides)
+    path = os.path.join(folder, "design.html")
+    write_text(path, page)
     lines = [f"{what}: {value} ({why})" for what, value, why in design]
     lines += [f"warning: snow {snows}: {text}" if snows else f"warning: {text}" for text, snows in advice]
-    lines.append(f"largest grid uncertainties: {uncertain}")
+    lines.append(f"largest grid uncertainties: {accuracy(results)}")
     return path, lines
 
 
