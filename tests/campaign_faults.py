@@ -453,7 +453,7 @@ class Faults:
         from mpmtools import campaign, grid_study  # noqa: F401  (imported once, before the children)
         from mpmtools.design import page  # noqa: F401
         from mpmtools.figures import run_pictures, view_page  # noqa: F401
-        from mpmtools.fit import command  # noqa: F401
+        from mpmtools.fit import text as fit_text  # noqa: F401
 
         samples = []
 

@@ -22,7 +22,7 @@ assert len(quantities.known()) > 100  # package data
 from importlib import import_module, metadata
 for requirement in metadata.requires("mpmtools"):
     import_module(re.match(r"\\w+", requirement)[0])
-import mpmtools.design.page, mpmtools.fit.command
+import mpmtools.design.page, mpmtools.fit.text
 assert len(mpmtools.design.factors.load_factors()) > 10
 for package, name in (("design", "design_page.html"), ("figures", "view_page.html"), ("avaframe", "case.toml"), ("avaframe", "site.toml")):
     assert (pathlib.Path(mpmtools.__file__).parent / package / f"{name}.j2").exists(), name

@@ -51,7 +51,7 @@ def parser():
         added.set_defaults(module=module)
         return added
 
-    fit = command("fit", "the paper's regressions of run-up and pressure height (Eqs. 7 to 10) over tables of runs", "fit.command")
+    fit = command("fit", "the paper's regressions of run-up and pressure height (Eqs. 7 to 10) over tables of runs", "fit.text")
     fit.add_argument("tables", nargs="+", metavar="RESULTS.csv", help="result tables of campaigns, one row a run")
     fit.add_argument("--filter", action="append", default=[], metavar="'COLUMN OP VALUE'", help=FILTER_HELP)
     fit.add_argument("--breakdown", action="store_true", help="errors by Froude number, M' and xi, too")

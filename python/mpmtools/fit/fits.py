@@ -74,15 +74,12 @@ def fit_set(equation, fitting_set, runs):
         result.fit = fit_heights(equation, samples)
     except ConfigError as error:
         result.why_not = str(error)
-    tables = []
-    for source, coefficients in (("fitted", result.fit and result.fit.coefficients), ("published", equation.published)):
-        if coefficients is None:
-            continue
+    tables, everything = [], height_samples(equation, runs)  # also of the xi outside the set
+    for source, coefficients in {**({"fitted": result.fit.coefficients} if result.fit else {}), "published": equation.published}.items():
         tables.append(score_samples(samples, coefficients, [*INPUTS, "hardening_xi"]).assign(coefficients=source, hardening_xi=np.nan))
-        everything = height_samples(equation, runs)  # also of the xi outside the set
         for xi, of_xi in everything.groupby(levels(everything.hardening_xi)):
             tables.append(score_samples(of_xi, coefficients, INPUTS).assign(coefficients=source, hardening_xi=xi))
-    result.scores = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+    result.scores = pd.concat(tables, ignore_index=True)
     return result
 
 
@@ -153,21 +150,11 @@ def fits_json(fits, table):
 
 
 def _fit_dict(s):
-    rows = coefficients_table([s]).to_dict("records")
-    found = {"equation": s.equation.name, "fitting_set": s.fitting_set.name, "fitting_set_description": s.fitting_set.description,
-             "runs": s.runs, "without_height": s.without_height, "other_width": s.other_width, "why_not": s.why_not,
-             "coefficients": [_coefficient_dict(row) for row in rows], "cautions": s.fit.cautions if s.fit else [],
-             "published_scores_on_its_own_data": s.equation.published_scores}
-    for source in ("fitted", "published"):
-        whole = s.whole(source)
-        if whole is not None:
-            found[f"scores_of_{source}"] = whole[list(SCORES)].to_dict()
-    if s.fit:
-        found["saturation_profile"] = s.fit.saturation_profile
-    return found
-
-
-def _coefficient_dict(row):
-    row = {key: value for key, value in row.items() if key not in ("equation", "fitting_set")}
-    row["interval"] = [row.pop("interval_from"), row.pop("interval_to")]
-    return row
+    rows = coefficients_table([s]).drop(columns=["equation", "fitting_set"], errors="ignore").to_dict("records")
+    for row in rows:
+        row["interval"] = [row.pop("interval_from"), row.pop("interval_to")]
+    return {"equation": s.equation.name, "fitting_set": s.fitting_set.name, "fitting_set_description": s.fitting_set.description,
+            "runs": s.runs, "without_height": s.without_height, "other_width": s.other_width, "why_not": s.why_not,
+            "coefficients": rows, "cautions": s.fit.cautions if s.fit else [], "published_scores_on_its_own_data": s.equation.published_scores,
+            **{f"scores_of_{source}": whole[list(SCORES)].to_dict() for source in ("fitted", "published") if (whole := s.whole(source)) is not None},
+            **({"saturation_profile": s.fit.saturation_profile} if s.fit else {})}

@@ -168,21 +168,14 @@ def fit_heights(equation, samples, with_profile=True):
     """
     _require_samples(equation, samples)
     knots = np.unique(samples["froude_number"])
-    if equation.saturates:
-        total, x, saturation, split = _search_saturation(equation, samples, knots)
-    else:
-        total, x = Problem(equation, samples).best_of_starts()
-        saturation, split = np.inf, None
+    total, x, saturation, split = _search_saturation(equation, samples, knots if equation.saturates else knots[:0])
     if not np.isfinite(total):
         raise MpmError("regression: no start led to a finite sum of squares")
     if np.isfinite(saturation):
-        # On a Froude number of the table the derivative is that of the upper side, as forward differences would give it.
-        problem = Problem(equation, samples, split=saturation if split is None else split)
-        x = np.array([x[0], x[1], saturation])
-    else:
-        problem = Problem(equation, samples)
-    degrees = len(samples) - len(x)
-    errors = np.sqrt(np.diag(inverse_normal_matrix(problem.jacobian(x))) * total / degrees)
+        x, split = np.array([x[0], x[1], saturation]), saturation if split is None else split
+    # On a Froude number of the table the derivative is that of the upper side, as forward differences would give it.
+    jacobian, degrees = Problem(equation, samples, split).jacobian(x), len(samples) - len(x)
+    errors = np.sqrt(np.diag(inverse_normal_matrix(jacobian)) * total / degrees)
     estimates = [Estimate(value, error, degrees) for value, error in zip(x, errors)]
     if equation.saturates:
         estimates = [estimates[0], estimates[2] if np.isfinite(saturation) else Estimate(np.inf), estimates[1]]
@@ -208,7 +201,7 @@ def _require_samples(equation, samples):
 
 
 def _search_saturation(equation, samples, knots):
-    """Global minimum over Fr_sat: (sum of squares, x, Fr_sat, split of the interval that it lies in)."""
+    """Global minimum over Fr_sat: (sum of squares, x, Fr_sat, split of the interval that it lies in). Without knots Fr_sat is infinite."""
     # From the right, where there is no saturation: of equal minima the one with the fewest coefficients is kept.
     best = (*Problem(equation, samples).best_of_starts(), np.inf, None)
     intervals = zip(np.concatenate([[0.0], knots[:-1]]), knots)

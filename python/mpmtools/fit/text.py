@@ -1,7 +1,12 @@
-"""The regressions as text, in the layout of the paper's Tables A1 and A2."""
+"""`python3 -m mpmtools fit`: the paper's two regressions over tables of runs; as text, in the layout of the paper's Tables A1 and A2."""
+
+import sys
 
 import numpy as np
 
+from mpmtools.errors import ConfigError
+from mpmtools.fit.fits import coefficients_csv, fit_paper_sets, fits_json, scores_csv
+from mpmtools.fit.runs import RowFilter, read_runs_or_refuse
 from mpmtools.wording import counted
 
 SCORE_LINES = (("R2", "r2", False), ("R2_log", "r2_log", False), ("NRMSE", "nrmse", False), ("RMSLE", "rmsle", False), ("Bias_x", "bias", False),
@@ -70,3 +75,18 @@ def _breakdown_lines(s):
         lines.append(layout.format(which, row["group"], f"{row['at']:.4g}", row["runs"],
                                    *("-" if np.isnan(error) else f"{100.0 * error:.1f}%" for error in errors)))
     return lines
+
+
+def run_command(options):
+    table = read_runs_or_refuse(options.tables, [RowFilter(text) for text in options.filter])
+    fits = fit_paper_sets(table.runs)
+    if not any(s.fit for s in fits):
+        raise ConfigError(f"{', '.join(options.tables)}: {fits[0].why_not}")
+    for caution in table.cautions:
+        print(f"note: {caution}", file=sys.stderr)
+    if options.json:
+        print(fits_json(fits, table), end="")
+    elif options.csv:
+        print((coefficients_csv if options.csv == "coefficients" else scores_csv)(fits), end="")
+    else:
+        print(*table_lines(table), *(line for s in fits for line in fit_lines(s, options.breakdown)), sep="\n")
