@@ -123,7 +123,7 @@ def parser():
 
 def _unexpected(options, error):
     """The message for an error that no reader of a file has foreseen, mostly a value of a wrong type or range in one."""
-    inputs = getattr(options, "directory", None) or " ".join(getattr(options, "tables", None) or getattr(options, "inputs", None) or [])
+    inputs = getattr(options, "directory", None) or " ".join(getattr(options, "tables", []))
     places = [f"{os.path.basename(at.filename)}:{at.lineno}" for at in traceback.extract_tb(error.__traceback__) if "mpmtools" in at.filename]
     return (f"{inputs}: {type(error).__name__}: {error} (at {places[-1]}). A file there is damaged, or this is an error of mpmtools; "
             "MPMTOOLS_TRACEBACK=1 shows where")

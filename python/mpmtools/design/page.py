@@ -51,11 +51,6 @@ def cover_text(ensemble):
                              f"{force} and {moment}{vibration}. Where there is one, {compute}.")
 
 
-def css_text(text):
-    """A text as a string of CSS."""
-    return markupsafe.Markup(json.dumps(re.sub(r"[\\<>\n]", " ", str(text)), ensure_ascii=False))
-
-
 def make_page(folder):
     """Writes everything into the folder. @return (path of the page, [line for the user])"""
     use_style()
@@ -72,7 +67,8 @@ def make_page(folder):
     files = write_tables(ensemble, results, spectrum)
     write_text(os.path.join(folder, "design.json"), json.dumps(design_json(ensemble, results), indent=2))
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(os.path.dirname(__file__)), autoescape=True, trim_blocks=True)
-    environment.filters.update(short=short, css=css_text, radians=math.radians, cosine=math.cos, sine=math.sin)
+    environment.filters.update(short=short, radians=math.radians, cosine=math.cos, sine=math.sin)
+    environment.filters["css"] = lambda text: markupsafe.Markup(json.dumps(re.sub(r"[\\<>\n]", " ", str(text)), ensure_ascii=False))  # a string of CSS
     page = environment.get_template("design_page.html.j2").render(
         style=markupsafe.Markup(STYLE), plan=plan, ensemble=ensemble, results=results, middle=middle, stamp=stamp(ensemble), cover=cover_text(ensemble),
         design=design, advice=advice, accuracy=accuracy(results), longer=longer(plan), oblique=is_oblique(plan), all_modes=all_modes(plan), pictures=pictures,

@@ -9,9 +9,10 @@ import numpy as np
 
 from mpmtools.errors import ConfigError, InputError
 from mpmtools.files import require_ending, save_figure, whole_file
-from mpmtools.figures.snow_surface import SnowDensity, draw, ground_of, standpoint
+from mpmtools.figures.snow_surface import LevelGround, SnowDensity, UnevenGround, draw, standpoint
 from mpmtools.figures.view_3d import picture_size
 from mpmtools.run import Run
+from mpmtools.terrain import terrain_of
 
 FIELDS = {"snow": None, "speed": "speed (m/s)", "pressure": "Cauchy pressure (kPa)"}
 
@@ -33,7 +34,8 @@ class Studio:
 
     def __init__(self, run, field, size):
         self.run, self.field, self.size = run, field, size
-        self.ground = ground_of(run)
+        terrain = terrain_of(run)
+        self.ground = UnevenGround(terrain) if terrain else LevelGround()
         some = [f["position_m"] for f in run.frames[:: max(1, len(run.frames) // 8)]]
         top = max(float(np.percentile(x[:, 2] - self.ground.height(x[:, :2]), 99.9)) for x in some)
         self.camera, self.solids = standpoint(run, run.frames[-1].whole("position_m"), top, self.ground)

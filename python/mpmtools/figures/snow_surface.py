@@ -6,7 +6,7 @@ Plain numpy and scipy; no graphics library and no screen. Lengths in m; arrays o
 import numpy as np
 from scipy.ndimage import gaussian_filter, label, map_coordinates, maximum_filter
 
-from mpmtools.terrain import FINER, crossing, terrain_of
+from mpmtools.terrain import FINER, crossing
 
 LEVEL = 0.2  # of the density that the snow has at the start, smoothed: the surface
 SMOOTHING = 0.8  # cells: the lattice of the particles does not show, and threads a few particles across stay whole
@@ -103,12 +103,6 @@ class UnevenGround:
         x, y = (np.where(on_raster, -self._sample(slope, places), 0.0) for slope in self.slopes)
         normals = np.column_stack([x, y, np.ones(len(points))])
         return normals / np.linalg.norm(normals, axis=1, keepdims=True)
-
-
-def ground_of(run):
-    """The ground of the pictures of a Run."""
-    terrain = terrain_of(run)
-    return UnevenGround(terrain) if terrain else LevelGround()
 
 
 class SnowDensity:

@@ -34,12 +34,6 @@ def field_values(frame, name):
     return factor * (np.linalg.norm(values, axis=1) if values.ndim == 2 else values.astype(float))
 
 
-def field_range(frames, name, keep):
-    """colour_range() over the frames."""
-    values = np.concatenate([field_values(frame, name)[kept(frame, keep)] for frame in frames])
-    return colour_range(values[np.isfinite(values)], name)
-
-
 def kept(frame, every):
     """Which particles of a frame are shown."""
     return frame["id"] % np.uint64(every) == 0
@@ -55,16 +49,6 @@ def quantized(values, low, high, top):
     return np.clip(np.rint((values - low) / (high - low) * top), 0, top)
 
 
-def ground_mesh(terrain, low, high, mirror_x, mirror_y):
-    """The ground below the particles for the page: x, y, and height[j][i] at x[i], y[j], to the mm, m.
-
-    @param low, high  of the particles
-    """
-    west, south = -high[0] if mirror_x else low[0], -high[1] if mirror_y else low[1]
-    x, y, height = terrain.mesh((west, south), high[:2])
-    return {"x": x.round(3).tolist(), "y": y.round(3).tolist(), "height": height.round(3).tolist()}
-
-
 def page_data(run, largest=LARGEST):
     """What the page holds, as a dict: see view_page.html.j2."""
     frames = run.require_frames()
@@ -73,8 +57,10 @@ def page_data(run, largest=LARGEST):
     low = np.min([frame["position_m"].min(axis=0) for frame in frames if len(frame["id"])], axis=0)
     high = np.max([frame["position_m"].max(axis=0) for frame in frames if len(frame["id"])], axis=0)
     high = np.maximum(high, low + 1e-6)
-    ranges = {name: field_range(frames, name, every) for name in FIELDS}
-    stored = []
+    ranges, stored, ground = {}, [], None
+    for name in FIELDS:
+        values = np.concatenate([field_values(frame, name)[kept(frame, every)] for frame in frames])
+        ranges[name] = colour_range(values[np.isfinite(values)], name)
     for frame in frames:
         chosen = kept(frame, every)
         position = quantized(frame["position_m"][chosen], low, high, 65535).astype("<u2")
@@ -83,6 +69,9 @@ def page_data(run, largest=LARGEST):
     attributes = frames[-1].attributes
     mirror_x, mirror_y = (bool(attributes.get(name)) for name in ("mirror_x", "mirror_y"))
     terrain = terrain_of(run)
+    if terrain:  # height[j][i] at x[i], y[j], to the mm, m
+        corner = -high[0] if mirror_x else low[0], -high[1] if mirror_y else low[1]
+        ground = dict(zip(("x", "y", "height"), (values.round(3).tolist() for values in terrain.mesh(corner, high[:2]))))
     solids = [{"outline": [list(corner) for corner in corners], "foot": foot, "top": top}
               for corners, foot, top in run.solids(terrain.foot(run.obstacle_outline) if terrain and run.obstacle else 0.0, 1.15 * float(high[2]))]
     ramp = [[round(255 * c) for c in STRESS_COLOURS(i / 255)[:3]] for i in range(256)]  # from strong compression, a low value, to none
@@ -90,7 +79,7 @@ def page_data(run, largest=LARGEST):
             "every": every, "mirror_x": mirror_x, "mirror_y": mirror_y, "frames": stored,
             "fields": [{"name": name, "label": label, "unit": unit, "low": ranges[name][0], "high": ranges[name][1],
                         "colours": ramp if name == "stress_xx" else ramp[::-1]} for name, (label, unit, *_) in FIELDS.items()],
-            "solids": solids, "ground": ground_mesh(terrain, low, high, mirror_x, mirror_y) if terrain else None,
+            "solids": solids, "ground": ground,
             "floor": terrain is None and (run.flow_height is not None or bool(run.case.get("wall")))}
 
 
