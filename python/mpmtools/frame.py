@@ -60,6 +60,11 @@ def mirror_image(name, array, axis):
     return array * signs.reshape(array.shape[1:])
 
 
+def by_components(array):
+    """An array of the particles with a column a component."""
+    return array if array.ndim == 1 else array.reshape(len(array), int(np.prod(array.shape[1:])))  # -1 is refused where no particle is left
+
+
 class Frame(Mapping):
     """One stored state: a mapping from the names of its arrays to the arrays, each read when it is asked for; `attributes` holds time_s and more."""
 
@@ -89,16 +94,14 @@ class Frame(Mapping):
         """The particles as a DataFrame, a row a particle by its `id`: position_x_m, velocity_x_m_s, kirchhoff_stress_xx_pa, density_kg_m3, ..."""
         columns, count = {}, len(self["position_m"])
         for name in self:
-            array = self[name]
+            array, stem = by_components(self[name]), UNIT.sub("", name)
             if name == "vertex" or len(array) != count:  # the list of cells of frames.xdmf
                 continue
             if array.ndim == 1:
                 columns[name] = array
                 continue
-            array = array.reshape(count, int(np.prod(array.shape[1:])))  # -1 is refused where no particle is left
-            for i, axes in enumerate(AXES.get(name, range(array.shape[1]))):
-                stem = UNIT.sub("", name)
-                columns[f"{stem}_{axes}{name[len(stem):]}"] = array[:, i]
+            for axes, component in zip(AXES.get(name, range(array.shape[1])), array.T):
+                columns[f"{stem}_{axes}{name[len(stem):]}"] = component
         table = pd.DataFrame(columns)
         return table.set_index("id") if "id" in table else table
 

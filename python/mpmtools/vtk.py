@@ -12,7 +12,7 @@ import numpy as np
 
 from mpmtools.errors import InputError
 from mpmtools.files import whole_file
-from mpmtools.frame import mirror_image
+from mpmtools.frame import by_components, mirror_image
 
 VTK_TYPES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u8": "UInt64", "u4": "UInt32", "u1": "UInt8", "i1": "Int8"}
 NOT_DATA = {"vertex"}  # a frame's own list of cells, for frames.xdmf
@@ -28,9 +28,8 @@ def vtk_arrays(frame, whole=True):
     whole: where half of a flow is computed, the other half is added (mirror planes x = 0 and y = 0).
     """
     points = np.ascontiguousarray(frame["position_m"], dtype=np.float64)
-    data = {name: frame[name] for name in frame if name not in NOT_DATA | {"position_m"}}
-    data = {name: np.ascontiguousarray(array if array.ndim == 1 else array.reshape(len(points), -1))
-            for name, array in data.items() if len(array) == len(points)}
+    data = {name: np.ascontiguousarray(by_components(array)) for name in frame
+            if name not in NOT_DATA | {"position_m"} and len(array := frame[name]) == len(points)}
     if "velocity_m_s" in data:
         data["speed_m_s"] = np.linalg.norm(data["velocity_m_s"], axis=1)
     for axis in "xy":

@@ -123,6 +123,13 @@ class Particles(RunFolder):
         self.assertEqual(data["speed_m_s"].tolist(), [5.0, 1.0])
         self.assertTrue(all(array.flags.c_contiguous for array in data.values()))
 
+    def test_of_which_none_is_left_keep_their_layout(self):
+        path = self.folder / "left.h5"
+        with sealed_h5(path, "w") as file:
+            file["position_m"], file["velocity_gradient_1_s"] = np.zeros((0, 3)), np.zeros((0, 3, 3))
+        arrays = vtk_arrays(Frame(path))
+        self.assertEqual((arrays["points"].shape, arrays["point_data"]["velocity_gradient_1_s"].shape), ((0, 3), (0, 9)))
+
     def test_behind_a_mirror_plane_are_images(self):
         arrays = vtk_arrays(self.frame(mirror_x=0, mirror_y=1))
         data = arrays["point_data"]
