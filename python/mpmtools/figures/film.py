@@ -72,7 +72,7 @@ class Studio:
 def encode(folder, frames_per_second, path, kilobits):
     """PNG files 00000.png ... of a folder into a film."""
     done = subprocess.run(["ffmpeg", "-y", "-loglevel", "error", "-framerate", f"{frames_per_second:g}", "-i", os.path.join(folder, "%05d.png"),
-                           "-c:v", *CODECS[os.path.splitext(path)[1]], "-b:v", f"{kilobits:d}k", path], stdin=subprocess.DEVNULL, capture_output=True,
+                           "-c:v", *CODECS[os.path.splitext(path)[1].lower()], "-b:v", f"{kilobits:d}k", path], stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, check=False)
     if done.returncode != 0:
         raise InputError(f"ffmpeg could not write the film: {done.stderr.strip()}")
