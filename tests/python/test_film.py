@@ -12,6 +12,7 @@ from mpmtools import Case
 from mpmtools.figures.snow_surface import (LEVEL, SMOOTHING, Camera, LevelGround, SnowDensity, UnevenGround, draw,
                                            nearest_hits, prism_hits, standpoint)
 from mpmtools.terrain import Terrain
+from in_folder import sealed_h5
 from study_samples import SOURCE, InFolder
 
 SPACING = 0.1
@@ -256,6 +257,22 @@ class Pictures(InFolder):
             self.assertEqual(self.command("film", self.folder / "run", "--size", "160x100", "--out", self.folder / "film.webm")[0], 0)
             self.assertEqual(self.command("film", self.folder / "run", "--size", "160x100", "--out", self.folder / "FILM.MP4")[0], 0)
             self.assertTrue(all((self.folder / name).stat().st_size > 500 for name in ("film.webm", "FILM.MP4")))
+
+    @needs_program
+    def test_leave_out_frames_that_all_snow_has_left(self):
+        small = {"numerics.cell_size_m": 0.875, "conveyor.width_m": 8.75, "output.duration_s": 0.1, "output.frames_per_second": 10}
+        run = Case.read(SOURCE / "examples" / "avalanche_fr3.toml").changed(small).run(self.folder / "run", threads=1, progress=False)
+        arrays, attributes = {name: run.frames[-1][name][:0] for name in run.frames[-1]}, run.frames[-1].attributes
+        os.unlink(run.frames[-1].path)
+        with sealed_h5(run.frames[-1].path, "w") as file:
+            file.attrs.update(attributes)
+            for name, array in arrays.items():
+                file[name] = array
+        code, _, err = self.command("film", run.folder, "--time", attributes["time_s"], "--size", "160x100")
+        self.assertEqual((code, err), (0, ""))
+        os.unlink(run.frames[0].path)
+        code, _, err = self.command("film", run.folder, "--time", 0, "--size", "160x100")
+        self.assertEqual((code, err), (4, f"mpmtools film: {run.folder}: no frame holds snow\n"))
 
     @needs_program
     def test_of_one_frame_are_no_film(self):

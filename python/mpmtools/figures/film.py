@@ -30,19 +30,19 @@ def field_of(frame, name):
 
 
 class Studio:
-    """What all pictures of a run share: ground, camera, mast, range of the colours."""
+    """What all pictures of a run share: ground, camera, mast, range of the colours. @param frames  of the run, which hold snow"""
 
-    def __init__(self, run, field, size):
+    def __init__(self, run, frames, field, size):
         self.run, self.field, self.size = run, field, size
         terrain = terrain_of(run)
         self.ground = UnevenGround(terrain) if terrain else LevelGround()
-        some = [f["position_m"] for f in run.frames[:: max(1, len(run.frames) // 8)]]
+        some = [f["position_m"] for f in frames[:: max(1, len(frames) // 8)]]
         top = max(float(np.percentile(x[:, 2] - self.ground.height(x[:, :2]), 99.9)) for x in some)
-        self.camera, self.solids = standpoint(run, run.frames[-1].whole("position_m"), top, self.ground)
+        self.camera, self.solids = standpoint(run, frames[-1].whole("position_m"), top, self.ground)
         self.most = 1.0
         if label := FIELDS[field]:
             self.label = label
-            self.most = max(1e-9, *(float(np.percentile(field_of(f, field), 99.0)) for f in run.frames))
+            self.most = max(1e-9, *(float(np.percentile(field_of(f, field), 99.0)) for f in frames))
 
     def picture(self, frame, path):
         """Draws a frame into a PNG file."""
@@ -80,26 +80,28 @@ def encode(folder, frames_per_second, path, kilobits):
 
 def run_command(options):
     run = Run(options.directory)
-    run.require_frames()
+    frames = [frame for frame in run.require_frames() if len(frame["position_m"])]
+    if not frames:
+        raise InputError(f"{options.directory}: no frame holds snow")
     size = picture_size(options.size)
     if any(n % 2 for n in size):
         raise ConfigError(f"--size {options.size}: even numbers of pixels are needed, such as 960x600")
     single = options.time is not None
-    if not single and len(run.frames) < 2:
-        raise InputError(f"{options.directory}: there is one frame, and a film needs two; take its picture with --time {run.frames[0].time:g}, or let the run "
+    if not single and len(frames) < 2:
+        raise InputError(f"{options.directory}: there is one frame, and a film needs two; take its picture with --time {frames[0].time:g}, or let the run "
                          "write more ([output] frames_per_second)")
     path = options.out or os.path.join(options.directory, "post", "snow.png" if single else "film.mp4")
     require_ending(path, *([".png"] if single else CODECS))
     if not single and not shutil.which("ffmpeg"):
         raise InputError("ffmpeg is missing; install Debian's ffmpeg, or take single pictures with --time")
     with whole_file(path) as temporary:  # first: that it cannot be written is found before the work
-        studio = Studio(run, options.field, size)
+        studio = Studio(run, frames, options.field, size)
         if single:
-            studio.picture(min(run.frames, key=lambda f: abs(f.time - options.time)), temporary)
+            studio.picture(min(frames, key=lambda f: abs(f.time - options.time)), temporary)
         else:
-            rate = (len(run.frames) - 1) / max(run.frames[-1].time - run.frames[0].time, 1e-9) * options.slow
+            rate = (len(frames) - 1) / max(frames[-1].time - frames[0].time, 1e-9) * options.slow
             with tempfile.TemporaryDirectory() as folder:
-                for number, frame in enumerate(run.frames):
+                for number, frame in enumerate(frames):
                     studio.picture(frame, os.path.join(folder, f"{number:05d}.png"))
                 encode(folder, rate, temporary, options.kilobits)
     print(path)
