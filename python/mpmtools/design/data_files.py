@@ -14,20 +14,22 @@ from mpmtools.design.what_decides import scenario_rows, sensitivity_rows
 from mpmtools.files import plain, write_text
 
 
+OVER_TIME = {"time_s": "time", "force_x_n": "force", "force_x_smooth_n": "smooth_force", "overturning_moment_n_m": "moment",
+             "overturning_moment_smooth_n_m": "smooth_moment", "runup_p99_m": "runup", "runup_m": "highest", "pressure_height_m": "pressure_height"}  # of Loads
+
+
+def _of_entry(e):
+    return {"value": e.value, "by_grid": e.by_grid, "grid_uncertainty": e.grid, "gci": e.gci, "order": e.order, "known_uncertainty": e.known,
+            "standard_error": e.standard_error, "statistical_uncertainty": e.statistical, "uncertainty": e.total, "note": e.note}
+
+
 def design_json(ensemble, results):
     """What design.json holds, as a dict; None: not known."""
     plan = ensemble.plan
     (chosen, force), (of_moment, moment) = results.design_force(), results.design_moment()
     arm = {"design_arm_force_n": results.arm_force()[1], "design_arm_lift_n": results.arm_force(name="arm_lift")[1]} if "arm" in plan else {}
-    quantities = {}
-    for q in quantities_of(plan):
-        quantities[q.key] = {
-            "label": q.label,
-            "range": results.ranges[q.key]._asdict(),
-            "snows": {plan["snows"][i]["name"]: {
-                "value": e.value, "by_grid": e.by_grid, "grid_uncertainty": e.grid, "gci": e.gci, "order": e.order,
-                "known_uncertainty": e.known, "standard_error": e.standard_error, "statistical_uncertainty": e.statistical, "uncertainty": e.total, "note": e.note}
-                      for i, e in enumerate(row[q.key] for row in results.table)}}
+    quantities = {q.key: {"label": q.label, "range": results.ranges[q.key]._asdict(),
+                          "snows": {snow["name"]: _of_entry(row[q.key]) for snow, row in zip(plan["snows"], results.table)}} for q in quantities_of(plan)}
     return plain({
         "format_version": 1, "mpmtools": __version__, "plan": plan,
         "design_force_n": force, "design_force_is": chosen, "design_moment_n_m": moment, "design_moment_is": of_moment,
@@ -49,10 +51,8 @@ def write_tables(ensemble, results, spectrum):
     """design.csv, line_load.csv, arm_load.csv of a mast with an arm, pressure_over_height.csv, loads_over_time.csv, shock_spectrum.csv.
     @return their names"""
     folder, plan = ensemble.folder, ensemble.plan
-    rows = [{"quantity": q.key, "snow": plan["snows"][i]["name"], "value": e.value, "grid_uncertainty": e.grid, "gci": e.gci,
-             "known_uncertainty": e.known, "standard_error": e.standard_error, "statistical_uncertainty": e.statistical, "uncertainty": e.total}
-            for q in quantities_of(plan) for i, e in enumerate(row[q.key] for row in results.table)]
-    tables = {"design.csv": pd.DataFrame(rows), "pressure_over_height.csv": pd.DataFrame(results.profile_table(ensemble))}
+    rows = [{"quantity": q.key, "snow": snow["name"], **_of_entry(row[q.key])} for q in quantities_of(plan) for snow, row in zip(plan["snows"], results.table)]
+    tables = {"design.csv": pd.DataFrame(rows).drop(columns=["by_grid", "order", "note"]), "pressure_over_height.csv": pd.DataFrame(results.profile_table(ensemble))}
     low, high, lines, arm = results.line_loads(plan)
     tables["line_load.csv"] = pd.DataFrame({"z_from_m": low, "z_to_m": high, **{f"{name}_kn_m": 1e-3 * q for name, q in lines.items()}})
     if arm:
@@ -61,16 +61,11 @@ def write_tables(ensemble, results, spectrum):
         tables["arm_load.csv"] = pd.DataFrame({"with_line_load": list(arm), "downstream_kn": [1e-3 * force for force, _ in arm.values()],
                                                "height_m": [at for _, at in arm.values()], **upper})
     times = []
-    for snow, loads in enumerate(results.finest):
+    for snow, loads in zip(plan["snows"], results.finest):
         of_arm = {"arm_force_x_n": loads.arm.force, "arm_force_z_n": loads.arm.vertical} if loads.has_arm else {}
-        times.append(pd.DataFrame({"snow": plan["snows"][snow]["name"], "time_s": loads.time, "force_x_n": loads.force,
-                                   "force_x_smooth_n": loads.smooth_force, "overturning_moment_n_m": loads.moment,
-                                   "overturning_moment_smooth_n_m": loads.smooth_moment, "runup_p99_m": loads.runup, "runup_m": loads.highest,
-                                   "pressure_height_m": loads.pressure_height, **of_arm}))
+        times.append(pd.DataFrame({"snow": snow["name"], **{column: getattr(loads, name) for column, name in OVER_TIME.items()}, **of_arm}))
     tables["loads_over_time.csv"] = pd.concat(times)
-    spectra = {"frequency_hz": figures.FREQUENCIES}
-    spectra.update({f"{snow['name']}_n": row for snow, row in zip(plan["snows"], spectrum)})
-    tables["shock_spectrum.csv"] = pd.DataFrame(spectra)
+    tables["shock_spectrum.csv"] = pd.DataFrame({"frequency_hz": figures.FREQUENCIES, **{f"{snow['name']}_n": row for snow, row in zip(plan["snows"], spectrum)}})
     for name, table in tables.items():
         write_text(os.path.join(folder, name), table.to_csv(index=False, float_format="%.6g"))
     return list(tables)

@@ -18,8 +18,7 @@ FINER = (5, 7, 11, 15, 21)  # cells that [plan] finest_cells takes
 def finer_grid(plan):
     """What to do where the grids are too coarse."""
     cells = plan["grids"][-1]["cells"]
-    finer = next((n for n in FINER if n > cells), None)
-    if finer is None:
+    if (finer := next((n for n in FINER if n > cells), None)) is None:
         return "no finer grid can be planned"
     return f"plan a finer grid: [plan] finest_cells = {finer}, about {(finer / cells) ** 4:.0f} times the work"
 
@@ -102,14 +101,6 @@ def run_up_row(ensemble, results):
             f"{reason}. {until}. {parts}")
 
 
-def why_amplified(plan, quasi_static, amplified):
-    if not plan["modes"] or not math.isfinite(amplified):
-        return ""
-    if plan["mast"]["height_m"] is None:
-        return " The height of the mast is not given: the load is taken to act where the mode has its unit of displacement, an upper bound; give mast.height_m."
-    return f" Without vibration {quasi_static}."
-
-
 def arm_remark(ensemble, results, key):
     """What belongs to the headline of the arm: its steady mean, where it acts, what else feels it."""
     name = key.split("_")[1]
@@ -146,8 +137,8 @@ def design_rows(ensemble, results):
         entry = results.table[snow][chosen]
         why = f"upper value of: {q.label}, {with_unit(value_and_error(entry.value, entry.total, q.scale), q.unit)} ({ensemble.label(snow)})."
         if "vibration" in chosen:
-            static, without = results.upper(statics)
-            why += why_amplified(plan, value(static, without), number)
+            why += (" The height of the mast is not given: the load is taken to act where the mode has its unit of displacement, an upper bound; give mast.height_m."
+                    if plan["mast"]["height_m"] is None else f" Without vibration {value(*results.upper(statics))}.")
         steady, steady_number = choose(steady_only=True)
         if steady is not None and chosen != steady and steady_number < number:
             why += f" What comes before the flow is steady included, such as the first impact of a vertical front (upper bound); while the flow is steady: {value(steady, steady_number)}."

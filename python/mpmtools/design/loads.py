@@ -260,31 +260,27 @@ class Loads:
             return np.convolve(values, np.full(front, 1.0 / front))[: len(values)] if front > 1 else values
 
         force, moment = inclined(self.smooth_force), inclined(self.smooth_moment)
-        result = {"force": force.copy(), "moment": moment.copy(), "force_steady": np.where(self.steady, self.smooth_force, math.nan),
-                  "moment_steady": np.where(self.steady, self.smooth_moment, math.nan), "modes": {}}
-        in_order = all_modes(plan)
+        steady_force, steady_moment = (np.where(self.steady, values, math.nan) for values in (self.smooth_force, self.smooth_moment))
+        result = {"force": force.copy(), "moment": moment.copy(), "force_steady": steady_force, "moment_steady": steady_moment, "modes": {}}
         lever = float(np.max(moment) / np.max(force)) if np.max(force) > 0.0 else 0.0
-        for number, mode in enumerate(in_order, 1):
-            shares = (1.0, lever)
-            if height is not None:
-                beam = modes_of(plan["mast"])[number - 1]
-                shares = (beam.force_share, beam.moment_share * height)
+        for number, mode in enumerate(all_modes(plan), 1):
+            beam = modes_of(plan["mast"])[number - 1]
+            shares = (1.0, lever) if height is None else (beam.force_share, beam.moment_share * height)
             load = inclined(self.generalised_force(mode, number, plan["mast"]))
             smooth = moving_mean(load, self.rows)
-            response = equivalent_static_force(self.interval, load, mode["frequency_hz"], mode["damping_ratio"])
+            oscillator = mode["frequency_hz"], mode["damping_ratio"]
+            response = equivalent_static_force(self.interval, load, *oscillator)
             steady = np.full(len(load), math.nan)
             if self.is_steady:
                 level = np.mean(load[self.steady])
-                steady[self.steady] = level + equivalent_static_force(self.interval, load[self.steady] - level, mode["frequency_hz"],
-                                                                      mode["damping_ratio"])
+                steady[self.steady] = level + equivalent_static_force(self.interval, load[self.steady] - level, *oscillator)
             for name, share in zip(("force", "moment"), shares):
                 result[name] += share * (response - smooth)
                 result[f"{name}_steady"] += share * (steady - smooth)
-            if number > len(plan["modes"]):
-                continue
-            most = float(np.max(np.abs(smooth)))
-            shape = float(np.sum(smooth) / np.sum(force)) if np.sum(force) else math.nan
-            result["modes"][mode["frequency_hz"]] = (shape, float(np.max(np.abs(response))) / most if most > 0.0 else math.nan)
+            if number <= len(plan["modes"]):
+                most = float(np.max(np.abs(smooth)))
+                shape = float(np.sum(smooth) / np.sum(force)) if np.sum(force) else math.nan
+                result["modes"][mode["frequency_hz"]] = (shape, float(np.max(np.abs(response))) / most if most > 0.0 else math.nan)
         return result
 
     def vibration_values(self, plan):

@@ -13,22 +13,19 @@ from mpmtools.design.rounding import UNKNOWN, downward, number, outward, percent
 STAR = " *"  # behind an uncertainty that may be greater: Entry.at_least
 
 
+def with_unit_of(quantity, text):
+    return f"{text} ({quantity.unit})" if quantity.unit else text
+
+
 def load_table(ensemble, results):
     plan = ensemble.plan
     head = ["quantity"] + [ensemble.label(i) for i in range(len(plan["snows"]))] + ["range with uncertainty"]
     rows = []
     for q in results.shown(plan):
-        cells = [q.label + (f" ({q.unit})" if q.unit else "")]
-        for row in results.table:
-            e = row[q.key]
-            if not math.isfinite(e.value):
-                cells.append(UNKNOWN)
-                continue
-            cells.append(value_and_error(e.value, e.total, q.scale) + (STAR if e.at_least else ""))
         r = results.ranges[q.key]
         high = short if r.high == ensemble.bound else upward  # a bound is exact
-        cells.append(f"{downward(r.low, q.scale)} to {high(r.high, q.scale)}{STAR * r.at_least}" if math.isfinite(r.high) else UNKNOWN)
-        rows.append(cells)
+        rows.append([with_unit_of(q, q.label), *(value_and_error(e.value, e.total, q.scale) + STAR * e.at_least for e in (row[q.key] for row in results.table)),
+                     f"{downward(r.low, q.scale)} to {high(r.high, q.scale)}{STAR * r.at_least}" if math.isfinite(r.high) else UNKNOWN])
     return {"head": head, "rows": rows}
 
 
@@ -107,9 +104,8 @@ def guideline_load_table(results, plan):
     """Loads of the guideline beside the computed ones."""
     of_mast = "mast_" if "arm" in plan else ""
     mean, moment = results.ranges[f"{of_mast}force_mean_n"], results.ranges[f"{of_mast}moment_mean_n_m"]
-    rows = []
-    for row in comparison.guideline_loads(plan):
-        rows.append([row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), short(mean.high / row.force), row.source])
+    rows = [[row.what, short(row.extent), short(row.force, 1e-3), short(row.moment, 1e-3), short(mean.high / row.force), row.source]
+            for row in comparison.guideline_loads(plan)]
     drag = results.ranges["drag_coefficient"]
     rows.append([f"computed{', without the arm' if of_mast else ''}, steady mean, upper value (c_D over w H: {comparison.span(drag.lowest, drag.highest)}, upper {number(drag.high, '.2g')})",
                  *(upward(r.high, scale) + STAR * r.at_least for r, scale in ((results.ranges["pressure_height_mean_m"], 1.0), (mean, 1e-3), (moment, 1e-3))), "1" if math.isfinite(mean.high) else UNKNOWN, "this page"])
@@ -118,11 +114,9 @@ def guideline_load_table(results, plan):
 
 def comparison_table(ensemble, results):
     """Simulated heights beside the paper's equations, for each snow."""
-    rows = []
-    for snow, equation in enumerate(comparison.equation_rows(ensemble.plan)):
-        entries = results.table[snow]
-        rows.append([ensemble.label(snow), short(entries["runup_mean_m"].value), short(equation["runup_m"]),
-                     short(entries["pressure_height_mean_m"].value), short(equation["pressure_height_m"])])
+    rows = [[ensemble.label(snow), short(entries["runup_mean_m"].value), short(equation["runup_m"]),
+             short(entries["pressure_height_mean_m"].value), short(equation["pressure_height_m"])]
+            for snow, (entries, equation) in enumerate(zip(results.table, comparison.equation_rows(ensemble.plan)))]
     by = "by Eqs. 7 to 10, extrapolated" if comparison.equation_remarks(ensemble.plan) else "by Eqs. 7 to 10"
     return {"head": ["snow", "highest particle (m), computed", by, "pressure height (m), computed", by], "rows": rows}
 
@@ -149,10 +143,9 @@ def grid_table(ensemble, results):
             if not math.isfinite(e.value) or e.value == 0.0:
                 continue
             shares = [percent(part / abs(e.value)) for part in (e.gci, e.known, e.grid)]
-            name = f"{q.label}, {ensemble.label(snow)}" + (f" ({q.unit})" if q.unit else "")
             if e.method not in notes:
                 notes.append(e.method)
-            rows.append([name, *(short(v, q.scale) for v in e.by_grid), number(e.order, ".1f"), *shares, f"{notes.index(e.method) + 1}"])
+            rows.append([with_unit_of(q, f"{q.label}, {ensemble.label(snow)}"), *(short(v, q.scale) for v in e.by_grid), number(e.order, ".1f"), *shares, f"{notes.index(e.method) + 1}"])
     return {"head": head, "rows": rows, "notes": notes}
 
 
@@ -210,9 +203,9 @@ def factor_tables(ensemble, factors=None, results=None):
         missing = outside(factors, kind, plan)
         runs = f"The runs have ξ = {CONDITIONS['hardening_xi']:g} and w = H = {CONDITIONS['flow_height_m']:g} m, w across the flow; other snow and other masts differ"
         note = f"{legend}. {runs}." + (f" Attention: {missing}." if missing else "") if known else f"T{missing[1:]}."
-        found.append((heading, {"head": ["height of the underside" if kind == "arm" else kind, *(labels[quantity] for quantity in quantities)],
-                                "rows": [[factor_name(kind, name, ensemble), *(cell(kind, v) for v in values)] for name, values in rows.items()] if known else []}, note))
+        cells = [[factor_name(kind, name, ensemble), *(cell(kind, v) for v in values)] for name, values in rows.items()] if known else []
         if kind == "front" and known and results is not None:
-            found[-1][1]["rows"].append(own_front(ensemble, results))
-            found[-1] = (*found[-1][:2], found[-1][2] + " The row of this page has values, without their uncertainty.")
+            cells.append(own_front(ensemble, results))
+            note += " The row of this page has values, without their uncertainty."
+        found.append((heading, {"head": ["height of the underside" if kind == "arm" else kind, *(labels[quantity] for quantity in quantities)], "rows": cells}, note))
     return found

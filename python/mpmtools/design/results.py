@@ -129,9 +129,7 @@ def entry_of(sizes, values, without_known=False):
     finest, estimate = values[-1], grid_estimate(sizes, numbers)
     parts = [part for part in (estimate.uncertainty, finest.known) if math.isfinite(part)]
     grid = max(parts) if parts else math.nan
-    note = estimate.note
-    if parts and grid == finest.known:
-        note += "; what is known at this resolution is larger and is taken"
+    note = estimate.note + "; what is known at this resolution is larger and is taken" * (bool(parts) and grid == finest.known)
     total = combined(grid, finest.statistical) if math.isfinite(finest.value) else math.nan
     return Entry(numbers, finest.value, estimate.uncertainty, estimate.order, finest.known, grid, finest.standard_error, total, estimate.note, note,
                  finest.statistical, without_known)
@@ -167,12 +165,11 @@ class Results:
         all_loads = [[Loads(run, ensemble.base) for run in row] for row in ensemble.runs]
         self.finest = [row[-1] for row in all_loads]
         self.not_steady = [os.path.basename(loads.run.folder) for row in all_loads for loads in row if not loads.is_steady]
-        self.table, self.scaled_peaks = [], {}
+        self.table, self.scaled_peaks, keys = [], {}, [q.key for q in quantities_of(plan)]
         for row in all_loads:
             values = [{**loads.values, **loads.vibration_values(plan)} for loads in row]
-            self.table.append({q.key: entry_of(ensemble.sizes, [v[q.key] for v in values], not row[-1].is_steady and not q.key.startswith("mode_"))
-                               for q in quantities_of(plan)})
-        self.ranges = {q.key: self._range(q.key, ensemble.middle) for q in quantities_of(plan)}
+            self.table.append({key: entry_of(ensemble.sizes, [v[key] for v in values], not row[-1].is_steady and not key.startswith("mode_")) for key in keys})
+        self.ranges = {key: self._range(key, ensemble.middle) for key in keys}
         for key in ("runup_p99_mean_m", "runup_mean_m"):
             runup = self.ranges[key]
             self.ranges[key] = runup._replace(high=max(min(runup.high, ensemble.bound), runup.highest))
@@ -180,7 +177,8 @@ class Results:
     @property
     def peaks(self):
         """Names of the peaks that the page shows: a later one only where it is above the steady one."""
-        later = any(range_.high > 0.0 and not range_.high <= self.ranges[key.replace("later_peak", "steady_peak")].high for key, range_ in self.ranges.items() if "later_peak" in key)
+        later = any(range_.high > 0.0 and not range_.high <= self.ranges[key.replace("later_peak", "steady_peak")].high
+                    for key, range_ in self.ranges.items() if "later_peak" in key)
         return ("steady_peak", "first_impact", *["later_peak"] * later)
 
     def shown(self, plan):
@@ -192,9 +190,9 @@ class Results:
         known = [e for e in entries if math.isfinite(e.value)]
         if not known:
             return Range(*[math.nan] * 5)
-        least = min(e.value - e.spread for e in known)
-        return Range(max(least, 0.0) if min(e.value for e in known) >= 0.0 else least, min(e.value for e in known), entries[middle].value,
-                     max(e.value for e in known), max(e.upper for e in known), any(e.at_least for e in known))
+        least, lowest = min(e.value - e.spread for e in known), min(e.value for e in known)
+        return Range(max(least, 0.0) if lowest >= 0.0 else least, lowest, entries[middle].value, max(e.value for e in known), max(e.upper for e in known),
+                     any(e.at_least for e in known))
 
     def upper(self, keys):
         """(key, its upper value): the greatest of these that is known; (None, NaN) without any."""
@@ -313,8 +311,7 @@ class Results:
         """Columns of pressure_over_height.csv: z_m, and low, middle and high of the snows for each envelope, Pa."""
         finest = [loads.profiles for loads in self.finest]
         columns = {"z_m": finest[0]["z_m"]}
-        for key in ("mean", "steady_peak", "first_impact", "later_peak", "stress"):
+        for key in (*STATIC, "stress"):
             curves = np.array([p[key] for p in finest])
-            columns[f"{key}_lowest_pa"], columns[f"{key}_middle_pa"], columns[f"{key}_highest_pa"] = (
-                curves.min(axis=0), curves[ensemble.middle], curves.max(axis=0))
+            columns |= {f"{key}_lowest_pa": curves.min(axis=0), f"{key}_middle_pa": curves[ensemble.middle], f"{key}_highest_pa": curves.max(axis=0)}
         return columns

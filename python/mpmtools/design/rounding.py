@@ -20,8 +20,8 @@ def short(value, scale=1.0):
     if value is None or not math.isfinite(value):
         return UNKNOWN
     value *= scale
-    digits = max(0, 2 - math.floor(math.log10(abs(value)))) if value else 0
-    return f"{value:.{min(digits, 4)}f}" if digits else f"{round(value, 2 - math.floor(math.log10(abs(value))) if value else 0):.0f}"
+    digits = 2 - math.floor(math.log10(abs(value))) if value else 0
+    return f"{value:.{min(digits, 4)}f}" if digits > 0 else f"{round(value, digits):.0f}"
 
 
 def upward(value, scale=1.0):
