@@ -1057,6 +1057,14 @@ class Beams(DesignFolder):
         found = loads.with_vibration({**self.plan, "modes": [{"frequency_hz": 1.0, "damping_ratio": 0.02, "shape_at_load": None}]})
         self.assertGreater(np.max(found["moment"]) / np.max(loads.smooth_moment), 1.1, "the masses of the mast matter")
 
+    def test_beyond_the_ten_lowest_modes_are_left_out_with_a_warning(self):
+        self.plan["modes"] = [{"frequency_hz": 12.0 - number, "damping_ratio": 0.02, "shape_at_load": None} for number in range(11)]
+        self.write("design_plan.json", json.dumps(self.plan))
+        ensemble = Ensemble(self.folder)
+        results = Results(ensemble)
+        self.assertEqual([key for key in results.ranges if key.endswith("_amplification")], [f"mode_{11 - number}_hz_amplification" for number in range(10)])
+        self.assertIn(("Of the 11 modes of the site file only the 10 lowest are taken", ""), cautions.advice_rows(ensemble, results))
+
     def test_carry_a_line_load_whose_integral_and_moment_are_the_headlines(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)

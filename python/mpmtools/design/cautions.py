@@ -6,6 +6,7 @@ from mpmtools.design import comparison
 from mpmtools.design.headlines import NOT_DETERMINED, TAKE, durations, finer_grid, longer
 from mpmtools.design.results import is_oblique
 from mpmtools.design.rounding import short, upward
+from mpmtools.design.vibration import MOST
 from mpmtools.design.what_decides import not_scaled, scenario_rows
 
 
@@ -72,6 +73,8 @@ def advice_rows(ensemble, results):
                      + ("; the arm is computed across the flow, not turned with the mast" if "arm" in plan else ""), ""))
     if plan["modes"] and plan["mast"]["height_m"] is None:
         rows.append(("The height of the mast is not given, so the vibration is an upper bound: give mast.height_m, and shape_at_load where you know it", ""))
+    if len(plan["modes"]) > MOST:
+        rows.append((f"Of the {len(plan['modes'])} modes of the site file only the {MOST} lowest are taken", ""))
     for snow, loads in enumerate(results.finest):
         begin = f"begins at {loads.time[loads.steady][0]:.3g} of {plan['duration_s']:g} s" if loads.is_steady else ""
         if not loads.is_steady:

@@ -12,7 +12,7 @@ import scipy.stats
 
 from mpmtools.design.oscillator import equivalent_static_force
 from mpmtools.design.uncertainty import BATCHES, statistical
-from mpmtools.design.vibration import modes_of
+from mpmtools.design.vibration import MOST, modes_of
 from mpmtools.errors import InputError
 from mpmtools.frame import open_hdf5
 
@@ -68,13 +68,13 @@ HIGHEST_FREQUENCY = 20.0  # Hz, of the modes: rows of 10 ms resolve no more
 
 def all_modes(plan):
     """The modes of the site file by frequency, and up to HIGHEST_FREQUENCY those of the cantilever with this first mode that the file does not
-    list. Only the lowest ten: a mast of unknown height has no others."""
-    listed = sorted(plan["modes"], key=lambda m: m["frequency_hz"])
+    list. Only the lowest MOST: a mast of unknown height has no others."""
+    listed = sorted(plan["modes"], key=lambda m: m["frequency_hz"])[:MOST]
     if not listed or plan["mast"]["height_m"] is None:
-        return listed[:10]
+        return listed
     higher = [{"frequency_hz": listed[0]["frequency_hz"] * mode.frequency_ratio, "damping_ratio": listed[0]["damping_ratio"],
                "shape_at_load": None} for mode in modes_of(plan["mast"])[len(listed):]]
-    return listed[:10] + [m for m in higher if listed[-1]["frequency_hz"] < m["frequency_hz"] <= HIGHEST_FREQUENCY]
+    return listed + [m for m in higher if listed[-1]["frequency_hz"] < m["frequency_hz"] <= HIGHEST_FREQUENCY]
 
 
 class Loads:
