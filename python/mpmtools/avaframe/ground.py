@@ -75,9 +75,9 @@ def plane_at(dem, x, y, direction, window):
     The window covers at least three cells of the DEM along both axes.
     """
     cell = dem.grid.cell_size
-    centre = [0.5 * (a + b) for a, b in zip(window.low, window.high)]
-    half = [max(0.5 * (b - a), 1.5 * cell) for a, b in zip(window.low, window.high)]
-    wide = Window(tuple(c - h for c, h in zip(centre, half)), tuple(c + h for c, h in zip(centre, half)))
+    low, high = np.array(window)
+    centre, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1.5 * cell)
+    wide = Window(tuple(centre - half), tuple(centre + half))
     a, b = (points.ravel() for points in wide.points(min(0.5 * cell, 0.25 * min(half))))
     c, s = math.cos(direction), math.sin(direction)
     z, here = dem.values(x + a * c - b * s, y + a * s + b * c), dem.at(x, y)

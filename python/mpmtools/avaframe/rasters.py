@@ -50,11 +50,11 @@ class Raster:
 
     def at(self, x, y):
         """values() at one point. @throws ConfigError for points outside"""
-        rows, columns = self.data.shape
-        east, north = self.grid.x0 + (columns - 1) * self.grid.cell_size, self.grid.y0 + (rows - 1) * self.grid.cell_size
-        if not (self.grid.x0 <= x <= east and self.grid.y0 <= y <= north):
-            raise ConfigError(f"--at {place(x, y)} is outside {self.grid.path}, which covers x from {self.grid.x0:.12g} to {east:.12g} and y from "
-                              f"{self.grid.y0:.12g} to {north:.12g}; give coordinates in the system of the raster")
+        g, (rows, columns) = self.grid, self.data.shape
+        east, north = g.x0 + (columns - 1) * g.cell_size, g.y0 + (rows - 1) * g.cell_size
+        if not (g.x0 <= x <= east and g.y0 <= y <= north):
+            raise ConfigError(f"--at {place(x, y)} is outside {g.path}, which covers x from {g.x0:.12g} to {east:.12g} and y from {g.y0:.12g} to "
+                              f"{north:.12g}; give coordinates in the system of the raster")
         return float(self.values(x, y))
 
     def points(self):
@@ -65,12 +65,11 @@ class Raster:
 
     def around(self, x, y, reach):
         """The part within `reach`, m, of a point along both axes, as a Raster."""
-        rows, columns = self.data.shape
-        low = [max(0, int((at - reach - first) / self.grid.cell_size)) for at, first in ((x, self.grid.x0), (y, self.grid.y0))]
-        high = [int((at + reach - first) / self.grid.cell_size) + 2 for at, first in ((x, self.grid.x0), (y, self.grid.y0))]
-        data = self.data[max(0, rows - high[1]):rows - low[1], low[0]:high[0]]
-        g = self.grid
-        return Raster(data.copy(), g._replace(x0=g.x0 + low[0] * g.cell_size, y0=g.y0 + low[1] * g.cell_size))
+        g, rows = self.grid, len(self.data)
+        west, south = (max(0, int((at - reach - first) / g.cell_size)) for at, first in ((x, g.x0), (y, g.y0)))
+        east, north = (int((at + reach - first) / g.cell_size) + 2 for at, first in ((x, g.x0), (y, g.y0)))
+        data = self.data[max(0, rows - north):rows - south, west:east]
+        return Raster(data.copy(), g._replace(x0=g.x0 + west * g.cell_size, y0=g.y0 + south * g.cell_size))
 
 
 def place(x, y):
@@ -89,34 +88,29 @@ def check_raster(raster):
 
 
 def header_of(lines, path):
-    """({entry: number}, first line behind it) of an ESRI ASCII grid."""
+    """({entry: number}, index of the first line behind it) of an ESRI ASCII grid."""
     header = {}
     for number, line in enumerate(lines):
         words = line.split()
         if len(words) != 2 or not words[0][0].isalpha() or words[0].lower() == "nan":
-            return header, number
+            break
         try:
             header[words[0].lower()] = float(words[1])
         except ValueError:
             raise InputError(f"{path}:{number + 1}: '{line.strip()}' is no entry of the header; export the raster again") from None
-    return header, len(lines)
-
-
-def cell_size_of(header, path):
-    """cellsize, or dx and dy, which GIS programs write in its place."""
-    if "cellsize" not in header and "dx" in header and "dy" in header:
+    else:
+        number = len(lines)
+    if "cellsize" not in header and {"dx", "dy"} <= set(header):  # which GIS programs write in its place
         if abs(header["dx"] - header["dy"]) > 1e-6 * abs(header["dx"]):
             raise InputError(f"{path}: its cells are {header['dx']:g} x {header['dy']:g}; resample it to square ones")
-        return header["dx"]
-    return header.get("cellsize")
+        header["cellsize"] = header["dx"]
+    return header, number
 
 
 def projection_beside(path):
     """Text of the file NAME.prj beside an ASCII grid, which itself names no system; empty: there is none."""
     beside = os.path.splitext(path)[0] + ".prj"
-    if not os.path.exists(beside):
-        return ""
-    text = " ".join(read_text(beside).split())
+    text = " ".join(read_text(beside).split()) if os.path.exists(beside) else ""
     check_metres(text, beside)
     return text
 
@@ -124,8 +118,7 @@ def projection_beside(path):
 def read_ascii(path):
     lines = read_text(path).splitlines()
     header, start = header_of(lines, path)
-    cell = cell_size_of(header, path)
-    missing = [key for key in ("ncols", "nrows") if key not in header] + ["cellsize"] * (cell is None)
+    missing = [key for key in ("ncols", "nrows", "cellsize") if key not in header]
     missing += [f"{axis}llcorner" for axis in "xy" if f"{axis}llcenter" not in header and f"{axis}llcorner" not in header]
     if missing:
         raise InputError(f"{path}: the header has no {', '.join(missing)}; is it an ESRI ASCII grid?")
@@ -133,7 +126,7 @@ def read_ascii(path):
         values = np.array(" ".join(lines[start:]).split(), float)
     except ValueError as error:
         raise InputError(f"{path}: {error}; export the raster again") from None
-    rows, columns = int(header["nrows"]), int(header["ncols"])
+    rows, columns, cell = int(header["nrows"]), int(header["ncols"]), header["cellsize"]
     if values.size != rows * columns:
         raise InputError(f"{path}: {values.size} values, {rows} x {columns} are needed; the file is cut off, export it again")
     values[values == header.get("nodata_value", -9999.0)] = np.nan

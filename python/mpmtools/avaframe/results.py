@@ -21,10 +21,8 @@ def files_of(folder, pattern):
     found = {}
     for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
         if match := pattern.match(name):
-            entry = match.groupdict()
-            steps = found.setdefault(entry["simulation"], {})
-            quantity = entry["quantity"].lower()
-            files = steps.setdefault(float(entry.get("time") or 0.0), {})
+            entry, quantity = match.groupdict(), match["quantity"].lower()
+            files = found.setdefault(entry["simulation"], {}).setdefault(float(entry.get("time") or 0.0), {})
             files.setdefault(NAMES.get(quantity, quantity), []).append(os.path.join(folder, name))
     return found
 
