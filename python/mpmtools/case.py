@@ -34,10 +34,8 @@ class Check:
     cost: dict
 
     def __str__(self):
-        cost = self.cost
-        lines = [f"{cost['particles']:.0f} particles, {cost['steps']:.0f} steps, about {cost['time_s']:.3g} s on two cores, "
-                 f"{cost['memory_gb']:.3g} GB", *(f"warning: {text}" for text in self.warnings)]
-        return "\n".join(lines)
+        return "\n".join(["{particles:.0f} particles, {steps:.0f} steps, about {time_s:.3g} s on two cores, {memory_gb:.3g} GB".format(**self.cost),
+                          *(f"warning: {text}" for text in self.warnings)])
 
 
 class Case(Mapping):
@@ -110,11 +108,9 @@ class Case(Mapping):
 
     def text(self, folder=None):
         """The case as TOML, for a file in `folder` (default: the case's own)."""
-        tables = self.tables
-        if files := self._files():
-            near = pathlib.Path(folder).resolve() == self.folder.resolve() if folder is not None else True
-            tables = Case(tables).changed({key: self[key] if near else str(path) for key, path in files.items()}).tables
-        return toml_text(tables)
+        if folder is None or pathlib.Path(folder).resolve() == self.folder.resolve():
+            return toml_text(self.tables)
+        return toml_text(self.changed({key: str(path) for key, path in self._files().items()}).tables)
 
     def write(self, path):
         """Writes the case file; names of files in it keep their meaning."""
@@ -137,10 +133,7 @@ class Case(Mapping):
         force     overwrite the results of an earlier run
         progress  True: a bar on the standard error; or a function of a Progress; or False
         """
-        options = ["--out", out]
-        options += ["--threads", threads] if threads else []
-        options += ["--resume"] if resume else []
-        options += ["--force"] if force else []
+        options = ["--out", out, *(["--threads", threads] if threads else []), *["--resume"] * resume, *["--force"] * force]
         with self.as_file() as path:
             from mpmtools.run import Run  # which has a case, too
 

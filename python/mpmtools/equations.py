@@ -87,8 +87,7 @@ def across_flow(shape, width, depth=None, angle_deg=0.0):
     if shape != "box" or quarters == 0.0:
         return width, shape
     depth = width if depth is None else depth
-    facing = abs(quarters - round(quarters)) < 1e-9
-    if facing:
+    if abs(quarters - round(quarters)) < 1e-9:
         return (depth if round(quarters) % 2 else width), shape
     angle = np.radians(angle_deg)
     return float(width * abs(np.cos(angle)) + depth * abs(np.sin(angle))), "turned box"

@@ -46,8 +46,8 @@ def study_grids(case, cell_sizes, metrics, out, threads=None, progress=True):
 
     metrics: names of results.json; components as "force_mean_n.x". progress: True (a bar over all grids), a function of a Progress, or False.
     """
-    options = ["--cell-size", ",".join(repr(float(size)) for size in cell_sizes), "--metric", ",".join(metrics), "--out", out]
-    options += ["--threads", threads] if threads else []
+    options = ["--cell-size", ",".join(repr(float(size)) for size in cell_sizes), "--metric", ",".join(metrics), "--out", out,
+               *(["--threads", threads] if threads else [])]
     with case.as_file() as path:
         run_with_bar("grids", progress, "converge", path, *options)
     return GridStudy(out)

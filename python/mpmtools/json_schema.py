@@ -4,6 +4,7 @@ It follows from `mpm schema --json`. What a schema says: names, types, ranges, w
 keys that hold only under a condition, and checks between keys.
 """
 
+import contextlib
 import copy
 import json
 
@@ -57,10 +58,7 @@ def _table(table):
 
 
 def _key(key):
-    unit = f" ({key['unit']})" if key["unit"] else ""
-    text = key["description"] + unit
-    if only := key.get("only_with"):
-        text += f". Only with {only}"
+    text = key["description"] + (f" ({key['unit']})" if key["unit"] else "") + (f". Only with {key['only_with']}" if key.get("only_with") else "")
     if key["type"] not in TYPES:
         raise MpmError(f"{key['name']}: a key of the type '{key['type']}' has no place in the schema; add it to json_schema.TYPES")
     schema = {"description": text, **copy.deepcopy(TYPES[key["type"]])}
@@ -68,20 +66,12 @@ def _key(key):
     if "one_of" in key:
         inner["enum"] = [int(word) if key["type"] == "integer" else word for word in key["one_of"]]
     if limits := key.get("range"):
-        for bound, end, word in (("low", "low_open", "inimum"), ("high", "high_open", "aximum")):
-            name = "m" + word
-            inner["exclusive" + name.capitalize() if limits[end] else name] = limits[bound]
-    if (value := _default(key)) is not None:
-        schema["default"] = value
+        for bound, name in (("low", "minimum"), ("high", "maximum")):
+            inner["exclusive" + name.capitalize() if limits[f"{bound}_open"] else name] = limits[bound]
+    with contextlib.suppress(ValueError):  # the program says some defaults in words
+        if (value := json.loads(key.get("default", ""))) is not None:
+            schema["default"] = value
     return schema
-
-
-def _default(key):
-    """The default as a value; None where the program says it in words."""
-    try:
-        return json.loads(key.get("default", ""))
-    except ValueError:
-        return None
 
 
 def run_command(options):

@@ -82,8 +82,7 @@ def read_series(path, dtype=None):
     text = read_text(path)
     whole = text[:text.rfind("\n") + 1]
     try:
-        return pd.read_csv(io.StringIO(whole), comment="#", skipinitialspace=True, float_precision="round_trip",
-                           dtype=dtype)
+        return pd.read_csv(io.StringIO(whole), comment="#", skipinitialspace=True, float_precision="round_trip", dtype=dtype)
     except (ValueError, OverflowError) as error:  # also those of pandas
         raise InputError(f"{path}: {error}") from None
 

@@ -79,18 +79,16 @@ class Ensemble:
     def _difference(self, run, snow, size):
         """What in the case of a run is not that of the plan, which the page describes and by which loads are scaled, in words; empty: nothing."""
         flow, mast, case = self.plan["flow"], self.plan["mast"], run.case
-        pairs = {"conveyor.velocity_m_s": (run.velocity, flow["velocity_m_s"]), "conveyor.flow_height_m": (run.flow_height, flow["depth_m"]),
-                 "numerics.gravity_m_s2": (run.gravity, flow["gravity_m_s2"]), "numerics.slope_deg": (case.get("numerics.slope_deg", 0.0), 0.0),
-                 "numerics.cell_size_m": (run.cell_size, size), "obstacle.shape": (case.get("obstacle.shape"), mast["shape"]),
-                 "obstacle.rotation_deg": (case.get("obstacle.rotation_deg", 0.0), mast.get("angle_deg", 0.0)),
-                 "obstacle.height_m": (case.get("obstacle.height_m"), None if mast["height_m"] is None else mast["height_m"] - self.base),
-                 **{f"obstacle.{key}": (case.get(f"obstacle.{key}"), mast[key]) for key in ("width_m", "friction", "depth_m") if key != "depth_m" or mast["shape"] == "box"},
-                 "material.density_kg_m3": (case.get("material.density_kg_m3"), flow["density_kg_m3"]),
-                 **{f"material.{key}": (case.get(f"material.{key}"), snow[key]) for key in ("critical_state_slope", "cohesion_beta", "hardening_xi")}}
-        arm = {key: value - self.base * (key in ("base_m", "height_m")) for key, value in self.plan.get("arm", {}).items()}
-        of_run = case.get("arm") or {}
-        pairs |= {f"arm.{key}": (of_run.get(key), arm.get(key)) for key in {**arm, **of_run}}
-        for key, (computed, planned) in pairs.items():
+        site = {"conveyor.velocity_m_s": flow["velocity_m_s"], "conveyor.flow_height_m": flow["depth_m"], "numerics.gravity_m_s2": flow["gravity_m_s2"],
+                "numerics.slope_deg": 0.0, "numerics.cell_size_m": size, "obstacle.rotation_deg": mast.get("angle_deg", 0.0),
+                "obstacle.height_m": None if mast["height_m"] is None else mast["height_m"] - self.base, "material.density_kg_m3": flow["density_kg_m3"],
+                **{f"obstacle.{key}": mast[key] for key in ("shape", "width_m", "friction", *["depth_m"] * (mast["shape"] == "box"))},
+                **{f"material.{key}": snow[key] for key in ("critical_state_slope", "cohesion_beta", "hardening_xi")},
+                **{f"arm.{key}": None for key in case.get("arm", {})},
+                **{f"arm.{key}": value - self.base * (key in ("base_m", "height_m")) for key, value in self.plan.get("arm", {}).items()}}
+        of_run = {"conveyor.velocity_m_s": run.velocity, "numerics.gravity_m_s2": run.gravity, "numerics.slope_deg": 0.0, "obstacle.rotation_deg": 0.0, **case}
+        for key, planned in site.items():
+            computed = of_run.get(key)
             numbers = not isinstance(planned, str) and None not in (computed, planned)
             if not (math.isclose(computed, planned, rel_tol=1e-9, abs_tol=1e-12) if numbers else computed == planned):
                 given, expected = ("left out" if value is None else value for value in (computed, planned))

@@ -17,8 +17,9 @@ DEFAULT_DAMPING = 0.02
 TIME = "time since the front reached the mast (s)"
 
 
-def colour(snow):
-    return COLOURS[snow % len(COLOURS)]
+def each_snow(ensemble, of_snows):
+    """(what there is of a snow, its colour, its label) of each."""
+    return [(of_snow, COLOURS[snow % len(COLOURS)], ensemble.label(snow)) for snow, of_snow in enumerate(of_snows)]
 
 
 def mark_heights(axes, plan, values):
@@ -135,8 +136,8 @@ def over_time(ensemble, all_loads, quantity):
     axes = new_axes(6.6, 4.2)
     middle, smooth = all_loads[ensemble.middle], [getattr(loads, f"smooth_{quantity}") for loads in all_loads]
     axes.plot(middle.time, 1e-3 * getattr(middle, quantity), color="0.78", linewidth=0.8, label=f"rows of {middle.interval:.2g} s, {ensemble.label(ensemble.middle)}")
-    for snow, loads in enumerate(all_loads):
-        axes.plot(loads.time, 1e-3 * smooth[snow], color=colour(snow), linewidth=1.5, label=f"mean over 0.1 s, {ensemble.label(snow)}")
+    for (loads, values), colour, label in each_snow(ensemble, zip(all_loads, smooth)):
+        axes.plot(loads.time, 1e-3 * values, color=colour, linewidth=1.5, label=f"mean over 0.1 s, {label}")
     steady = [loads.time[loads.steady][0] for loads in all_loads if loads.is_steady]
     if steady:
         axes.axvspan(max(steady), middle.time[-1], color="0.94", zorder=0)
@@ -149,10 +150,10 @@ def over_time(ensemble, all_loads, quantity):
 
 def runup_over_time(ensemble, all_loads):
     axes = new_axes(6.6, 4.2)
-    for snow, loads in enumerate(all_loads):
-        axes.plot(loads.time, loads.runup, color=colour(snow), linewidth=1.2, label=f"run-up, {ensemble.label(snow)}")
-        axes.plot(loads.time, loads.highest, color=colour(snow), linewidth=0.6, alpha=0.5)
-        axes.plot(loads.time, loads.pressure_height, color=colour(snow), linewidth=1.0, linestyle="--")
+    for loads, colour, label in each_snow(ensemble, all_loads):
+        axes.plot(loads.time, loads.runup, color=colour, linewidth=1.2, label=f"run-up, {label}")
+        axes.plot(loads.time, loads.highest, color=colour, linewidth=0.6, alpha=0.5)
+        axes.plot(loads.time, loads.pressure_height, color=colour, linewidth=1.0, linestyle="--")
     axes.plot([], [], color=GREY, linewidth=0.6, label="highest particle")
     axes.plot([], [], color=GREY, linestyle="--", label="pressure height")
     axes.axhline(ensemble.bound, color=GREY, linestyle=":", label=f"Bernoulli's bound: {ensemble.bound:.3g} m")
@@ -173,11 +174,11 @@ def spectra(ensemble, all_loads):
 
 def shock_spectrum(ensemble, all_loads, spectrum):
     axes = new_axes(6.6, 4.2)
-    for snow, loads in enumerate(all_loads):
-        axes.plot(FREQUENCIES, 1e-3 * spectrum[snow], color=colour(snow), linewidth=1.6, label=ensemble.label(snow))
+    for (loads, responses), colour, label in each_snow(ensemble, zip(all_loads, spectrum)):
+        axes.plot(FREQUENCIES, 1e-3 * responses, color=colour, linewidth=1.6, label=label)
         mean = loads.values["force_mean_n"].value
         if np.isfinite(mean):
-            axes.axhline(1e-3 * mean, color=colour(snow), linewidth=0.8, linestyle=":")
+            axes.axhline(1e-3 * mean, color=colour, linewidth=0.8, linestyle=":")
     for mode in ensemble.plan["modes"]:
         axes.axvline(mode["frequency_hz"], color=GREY, linewidth=1.0, linestyle="--")
     axes.set_xscale("log")
@@ -193,15 +194,14 @@ def grid_convergence(ensemble, table):
     figure, panels = plt.subplots(3, 1, figsize=(6.6, 5.6), layout="constrained", sharex=True)
     figure.suptitle("Grids: value over that of the finest grid", fontsize=10.5, x=0.02, ha="left")
     for axes, (key, label) in zip(panels, (("runup_p99_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height"), ("force_mean_n", "force"))):
-        for snow, row in enumerate(table):
+        for snow, (row, colour, name) in enumerate(each_snow(ensemble, table)):
             entry = row[key]
             if not np.isfinite(entry.value):
                 continue
             at = np.array(sizes) * (1.0 + 0.012 * (snow - 0.5 * (len(table) - 1)))  # side by side
-            axes.plot(at, np.array(entry.by_grid) / entry.value, color=colour(snow), marker=MARKERS[snow % len(MARKERS)], linewidth=1.2,
-                      label=ensemble.label(snow))
+            axes.plot(at, np.array(entry.by_grid) / entry.value, color=colour, marker=MARKERS[snow % len(MARKERS)], linewidth=1.2, label=name)
             if np.isfinite(entry.grid):
-                axes.errorbar([at[-1]], [1.0], yerr=entry.grid / entry.value, color=colour(snow), capsize=4)
+                axes.errorbar([at[-1]], [1.0], yerr=entry.grid / entry.value, color=colour, capsize=4)
         axes.set_xlim(0.0, 1.08 * sizes[0])
         axes.set_ylabel(label)
         finish_axes(axes)

@@ -285,13 +285,10 @@ def draw(snow, camera, size, solids=(), colours=None, ground=LevelGround()):
         if not seen.any():
             continue
         points = eye[seen] + way[seen, None] * rays[seen]
-        if kind == "ground":
-            normals, base = ground.normals(points), np.broadcast_to(GROUND, points.shape)
-        elif kind == "solid":
-            normals, base = solid_normals[seen], np.broadcast_to(MAST, points.shape)
-        else:
-            normals = snow.normals(points)
-            base = colours(snow.at(points - 0.5 * snow.cell * normals, "values")) if colours else np.broadcast_to(SNOW, points.shape)
+        normals = ground.normals(points) if kind == "ground" else solid_normals[seen] if kind == "solid" else snow.normals(points)
+        base = {"ground": GROUND, "solid": MAST, "snow": SNOW}[kind]
+        if kind == "snow" and colours:
+            base = colours(snow.at(points - 0.5 * snow.cell * normals, "values"))
         sun = np.clip(normals @ LIGHT, 0.0, 1.0) * shadow(snow, solids, points + 0.5 * snow.cell * normals, reach)
         above, near = (snow.at(points + cells * snow.cell * normals, "blurred") for cells in (3.0, 1.5))
         open_sky = np.clip(1.35 - 1.1 * above - 0.5 * near, 0.25, 1.0)
