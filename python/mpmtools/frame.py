@@ -106,9 +106,12 @@ class Frame(Mapping):
         return table.set_index("id") if "id" in table else table
 
     def whole(self, name):
-        """An array for the whole flow: where half of it was computed, the mirror image at y = 0 follows."""
+        """An array for the whole flow: where half of it was computed, or a quarter, the mirror images at x = 0 and y = 0 follow."""
         array = self[name]
-        return np.concatenate([array, mirror_image(name, array, "y")]) if self.attributes.get("mirror_y") else array
+        for axis in "xy":
+            if self.attributes.get(f"mirror_{axis}"):
+                array = np.concatenate([array, mirror_image(name, array, axis)])
+        return array
 
     @cached_property
     def _names(self):

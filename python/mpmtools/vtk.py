@@ -12,7 +12,7 @@ import numpy as np
 
 from mpmtools.errors import InputError
 from mpmtools.files import whole_file
-from mpmtools.frame import by_components, mirror_image
+from mpmtools.frame import by_components
 
 VTK_TYPES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u8": "UInt64", "u4": "UInt32", "u1": "UInt8", "i1": "Int8"}
 NOT_DATA = {"vertex"}  # a frame's own list of cells, for frames.xdmf
@@ -27,15 +27,12 @@ def vtk_arrays(frame, whole=True):
 
     whole: where half of a flow is computed, the other half is added (mirror planes x = 0 and y = 0).
     """
-    points = np.ascontiguousarray(frame["position_m"], dtype=np.float64)
+    read = frame.whole if whole else frame.__getitem__
+    points = np.ascontiguousarray(read("position_m"), dtype=np.float64)
     data = {name: np.ascontiguousarray(by_components(array)) for name in frame
-            if name not in NOT_DATA | {"position_m"} and len(array := frame[name]) == len(points)}
+            if name not in NOT_DATA | {"position_m"} and len(array := read(name)) == len(points)}
     if "velocity_m_s" in data:
         data["speed_m_s"] = np.linalg.norm(data["velocity_m_s"], axis=1)
-    for axis in "xy":
-        if whole and frame.attributes.get(f"mirror_{axis}"):
-            points = np.concatenate([points, mirror_image("position_m", points, axis)])
-            data = {name: np.concatenate([array, mirror_image(name, array, axis)]) for name, array in data.items()}
     vertices = np.empty(2 * len(points), np.int64)
     vertices[0::2], vertices[1::2] = 1, np.arange(len(points))
     return {"points": points, "vertices": vertices, "point_data": data}

@@ -142,6 +142,7 @@ class Particles(RunFolder):
         self.assertEqual(data["id"].tolist(), [7, 8, 7, 8])
         self.assertEqual(len(vtk_arrays(self.frame(mirror_y=1), whole=False)["points"]), 2)
         self.assertEqual(len(vtk_arrays(self.frame(mirror_x=1, mirror_y=1))["points"]), 8)
+        self.assertEqual(self.frame(mirror_x=1).whole("position_m")[2].tolist(), [-1.0, 2.0, 3.0])  # of films, too
 
     def test_written_for_vtk_read_back(self):
         path = self.folder / "particles.vtp"
