@@ -68,6 +68,13 @@ def picture_size(text):
     return width, height
 
 
+def having(proxy, **properties):
+    """Gives a proxy of ParaView these properties. Returns it."""
+    for name, value in properties.items():
+        setattr(proxy, name, value)
+    return proxy
+
+
 def render(options, paraview):
     """Builds the scene and writes the picture. Lengths in m."""
     run = Run(options.directory)
@@ -90,65 +97,45 @@ def render(options, paraview):
         shown.append(paraview.Calculator(Input=scaled, Function="coordsX*iHat-coordsY*jHat+coordsZ*kHat", CoordinateResults=1,
                                          ResultArrayName="mirrored"))
 
-    view = paraview.CreateRenderView()
     width, height = picture_size(options.size)
-    view.ViewSize = [width, height]
-    view.ViewTime = time
-    view.OrientationAxesVisibility = 0
-    view.UseColorPaletteForBackground = 0
-    view.BackgroundColorMode = "Single Color"
-    view.Background = [1.0, 1.0, 1.0]
-
+    view = having(paraview.CreateRenderView(), ViewSize=[width, height], ViewTime=time, OrientationAxesVisibility=0, UseColorPaletteForBackground=0,
+                  BackgroundColorMode="Single Color", Background=[1.0, 1.0, 1.0])
     colours = paraview.GetColorTransferFunction("shown")
     set_colours(colours, reverse=options.field == "stress_xx")
     for source in shown:
         source.UpdatePipeline(time)
         display = paraview.Show(source, view)
         display.SetRepresentationType("Point Gaussian")
-        display.GaussianRadius = 0.5 * run.particle_spacing
-        display.ShaderPreset = "Sphere"
+        having(display, GaussianRadius=0.5 * run.particle_spacing, ShaderPreset="Sphere")
         paraview.ColorBy(display, ("POINTS", "shown"))
     colours.RescaleTransferFunction(*colour_range(values_of(scaled), options.field))
+
+    def show_plain(source, colour):
+        having(paraview.Show(source, view), AmbientColor=colour, DiffuseColor=colour)
 
     bounds = list(scaled.GetDataInformation().GetBounds())
     south, north = (-bounds[3], bounds[3]) if mirrored else bounds[2:4]
     margin = 0.06 * (bounds[1] - bounds[0])
     west, east, south, north = bounds[0] - margin, bounds[1] + margin, south - margin, north + margin
     terrain = terrain_of(run)
-    if terrain:
-        floor = ground(paraview, terrain, (west, south), (east, north))
-    else:
-        floor = paraview.Plane(Origin=[west, south, -0.01], Point1=[east, south, -0.01], Point2=[west, north, -0.01])
-    display = paraview.Show(floor, view)
-    display.DiffuseColor = display.AmbientColor = [0.86, 0.86, 0.84]
+    show_plain(ground(paraview, terrain, (west, south), (east, north)) if terrain
+               else paraview.Plane(Origin=[west, south, -0.01], Point1=[east, south, -0.01], Point2=[west, north, -0.01]), [0.86, 0.86, 0.84])
     top = bounds[5]
     for corners, foot, head in run.solids(terrain.foot(run.obstacle_outline) if terrain and run.obstacle else 0.0, 1.15 * bounds[5]):
         top = max(top, head)
-        display = paraview.Show(prism(paraview, corners, foot, head), view)
-        display.DiffuseColor = display.AmbientColor = [0.35, 0.37, 0.42]
+        show_plain(prism(paraview, corners, foot, head), [0.35, 0.37, 0.42])
 
-    bar = paraview.GetScalarBar(colours, view)
-    bar.Title, bar.ComponentTitle = label, ""
-    bar.TitleColor = bar.LabelColor = [0.1, 0.1, 0.1]
-    bar.TitleFontSize, bar.LabelFontSize = 20, 18
-    bar.AutomaticLabelFormat = 0
-    bar.LabelFormat = bar.RangeLabelFormat = "%.4g"
-    bar.WindowLocation = "Any Location"
-    bar.Position, bar.ScalarBarLength, bar.Orientation = [0.90, 0.22], 0.5, "Vertical"
-    bar.Visibility = 1
+    dark = [0.1, 0.1, 0.1]
+    having(paraview.GetScalarBar(colours, view), Title=label, ComponentTitle="", TitleColor=dark, LabelColor=dark, TitleFontSize=20, LabelFontSize=18,
+           AutomaticLabelFormat=0, LabelFormat="%.4g", RangeLabelFormat="%.4g", WindowLocation="Any Location", Position=[0.90, 0.22], ScalarBarLength=0.5,
+           Orientation="Vertical", Visibility=1)
     text = paraview.Text(Text=f"{run.title}, t = {time:.2f} s")
-    display = paraview.Show(text, view)
-    display.Color = [0.1, 0.1, 0.1]
-    display.FontSize = 24
-    display.WindowLocation = "Upper Center"
+    having(paraview.Show(text, view), Color=dark, FontSize=24, WindowLocation="Upper Center")
 
     # From upstream, above and beside the flow, so that the wetted front face is seen.
     bottom = min(0.0, bounds[4])
-    centre = [0.5 * (west + east), 0.5 * (south + north), bottom + 0.4 * (top - bottom)]
-    view.CameraFocalPoint = centre
-    view.CameraPosition = [centre[0] - 1.5, centre[1] - 1.2, centre[2] + 0.9]
-    view.CameraViewUp = [0.0, 0.0, 1.0]
-    view.CameraViewAngle = 30
+    x, y, z = 0.5 * (west + east), 0.5 * (south + north), bottom + 0.4 * (top - bottom)
+    having(view, CameraFocalPoint=[x, y, z], CameraPosition=[x - 1.5, y - 1.2, z + 0.9], CameraViewUp=[0.0, 0.0, 1.0], CameraViewAngle=30)
     view.ResetCamera([west, east, south, north, bottom, top])  # keeps the direction, fits a sphere round the box
     paraview.GetActiveCamera().Zoom(1.1)
     output = options.out or os.path.join(options.directory, "post", "view_3d.png")
