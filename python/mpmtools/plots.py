@@ -89,7 +89,7 @@ class Section:
         self.x, self.z = position[order, 0], position[order, 2]
         self.stress = 1e-3 * (frame["kirchhoff_stress_pa"][:, 0] / frame["volume_ratio"])[order]
         self.runup, self.pressure_height = (  # NaN where the run measured none
-            float(np.interp(self.time, run.series.index, run.series[column], left=np.nan, right=np.nan)) if column in run.series else np.nan
+            float(np.interp(self.time, run.series.index, run.series[column], left=np.nan, right=np.nan)) if column in run.series and len(run.series) else np.nan
             for column in ("runup_m", "pressure_height_m"))
 
 
@@ -226,6 +226,8 @@ def _finished(axes, x, y, **legend):
 def _series_with(run, column, otherwise):
     if column not in run.series:
         raise NothingToShow(otherwise)
+    if run.series.empty:
+        raise NothingToShow("series.csv has no row yet")
     return run.series
 
 

@@ -67,6 +67,15 @@ class Plots(RunFolder):
             with self.assertRaisesRegex(InputError, message):
                 draw(Run(self.folder))
 
+    def test_of_a_run_that_has_just_begun_say_so(self):
+        (self.folder / "results.json").unlink()
+        series = self.folder / "series.csv"
+        series.write_text(series.read_text().splitlines(keepends=True)[0])
+        for draw in (plots.runup, plots.pressure_height, plots.force):
+            with self.assertRaisesRegex(InputError, "series.csv has no row yet"):
+                draw(Run(self.folder))
+        plots.side_view(Run(self.folder))
+
     def test_leave_the_backend_of_a_notebook_alone(self):
         code = "import matplotlib; matplotlib.use('template'); from mpmtools import plots; print(matplotlib.get_backend())"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env={"PYTHONPATH": str(SOURCE / "python")})
