@@ -13,12 +13,12 @@ from mpmtools.design.what_decides import not_scaled, scenario_rows
 def uncertainties(results):
     """[(quantity, grid uncertainty over the value, of heights above the bed, the largest of the snows; whether it may be greater)] of the main quantities;
     NaN: not known."""
-    rows, base = [], results.finest[0].base
-    for key, label in (("force_mean_n", "mean force"), ("moment_mean_n_m", "mean moment"), ("runup_p99_mean_m", "run-up"),
-                       ("pressure_height_mean_m", "pressure height")):
-        shares = [row[key].grid / abs(row[key].value - base * key.endswith("mean_m")) for row in results.table if math.isfinite(row[key].value) and math.isfinite(row[key].grid)]
-        rows.append((label, max(shares, default=math.nan), results.ranges[key].at_least))
-    return rows
+    def share(key):
+        base = results.finest[0].base * key.endswith("mean_m")
+        return max((e.grid / abs(e.value - base) for e in (row[key] for row in results.table) if math.isfinite(e.value) and math.isfinite(e.grid)), default=math.nan)
+
+    return [(label, share(key), results.ranges[key].at_least) for key, label in (
+        ("force_mean_n", "mean force"), ("moment_mean_n_m", "mean moment"), ("runup_p99_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height"))]
 
 
 def accuracy(results):
@@ -45,8 +45,7 @@ def advice_rows(ensemble, results):
         if key is not None and results.ranges[key].highest > 0.0:
             entry = results.table[results.governing(key)][key]
             shares.append((label, entry.grid / entry.value))
-    coarse = [f"{label} {100.0 * share:.0f} %" for label, share in shares if share > NOT_DETERMINED]
-    if coarse:
+    if coarse := [f"{label} {100.0 * share:.0f} %" for label, share in shares if share > NOT_DETERMINED]:
         remedy = finer_grid(plan)
         rows.append((f"The grids are too coarse: their uncertainty is more than a third of the value ({', '.join(coarse)}). "
                      f"{remedy[0].upper()}{remedy[1:]}", ""))
@@ -85,14 +84,12 @@ def advice_rows(ensemble, results):
                          f"{'since the splash' if loads.is_late else 'within it'} these rise: {rises}. A longer run gives more, how much is not known: {longer(plan)}", ensemble.label(snow)))
         elif loads.is_late:
             rows.append((f"The steady interval is short: it {begin}. Snow may still pile up before the mast: {longer(plan)}", ensemble.label(snow)))
-    top = plan["mast"]["height_m"]
-    if top:
-        for key, what in (("runup_p99_mean_m", "the steady mean of the run-up"), ("runup_mean_m", "the steady mean of the highest particle"),
-                          ("runup_peak_m", "the highest particle at any time")):
-            over = [i for i, row in enumerate(results.table) if math.isfinite(row[key].value) and row[key].value >= top]
-            if over:
-                highest = max(results.table[i][key].value for i in over)
-                rows.append((f"The mast is overtopped: {what} reaches {short(highest)} m, and the mast is {top} m high; heights are those of a mast "
-                             "that ends there; leave out mast.height_m for the run-up on a taller one",
-                             "" if len(over) == len(plan["snows"]) else ", ".join(ensemble.label(i) for i in over)))
+    top = plan["mast"]["height_m"] or math.inf
+    for key, what in (("runup_p99_mean_m", "the steady mean of the run-up"), ("runup_mean_m", "the steady mean of the highest particle"),
+                      ("runup_peak_m", "the highest particle at any time")):
+        if over := [i for i, row in enumerate(results.table) if row[key].value >= top]:
+            highest = max(results.table[i][key].value for i in over)
+            rows.append((f"The mast is overtopped: {what} reaches {short(highest)} m, and the mast is {top} m high; heights are those of a mast "
+                         "that ends there; leave out mast.height_m for the run-up on a taller one",
+                         "" if len(over) == len(plan["snows"]) else ", ".join(ensemble.label(i) for i in over)))
     return rows

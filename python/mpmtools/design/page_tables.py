@@ -45,11 +45,8 @@ def line_load_table(results, plan, blocks=10):
         edges += list(np.linspace(static_top, plan["mast"]["height_m"], 4))[1:]
     rows = []
     for bottom, top in zip(edges[:-1], edges[1:]):
-        cells = [f"{bottom:.2f} to {top:.2f}"]
-        for q in loads.values():
-            carried = np.interp([bottom, top], np.append(low, high[-1]), np.append(0.0, np.cumsum(q * step)))
-            cells.append(number(1e-3 * (carried[1] - carried[0]) / (top - bottom), ".1f"))
-        rows.append(cells)
+        carried = [np.diff(np.interp([bottom, top], np.append(low, high[-1]), np.append(0.0, np.cumsum(q * step))))[0] for q in loads.values()]
+        rows.append([f"{bottom:.2f} to {top:.2f}", *(number(1e-3 * of / (top - bottom), ".1f") for of in carried)])
     if arm:
         rows.append(["in addition on the arm"] + [f"{short(force, 1e-3)} kN at {number(at, '.2f')} m" for force, at in arms])
     stars = [STAR * results.is_at_least((f"force_{name}_n", f"moment_{name}_n_m")) for name in loads]

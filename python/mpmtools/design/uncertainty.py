@@ -55,12 +55,10 @@ def grid_estimate(sizes, values):
         return GridEstimate(two_finest, math.nan, math.nan, "two grids: first order taken, safety factor 3")
     order = observed_order(sizes, values)
     spread = max(values) - min(values)
-    if math.isfinite(order) and CREDIBLE[0] <= order <= CREDIBLE[1]:
+    if CREDIBLE[0] <= order <= CREDIBLE[1]:
         step = (values[-1] - values[-2]) / (ratio**order - 1.0)
         return GridEstimate(1.25 * abs(step), order, values[-1] + step, "three grids, observed order, safety factor 1.25")
-    factor, text = 3.0, "no order is observed"
-    if math.isfinite(order):
-        factor, text = 1.25 if order > CREDIBLE[1] else 3.0, "the observed order is not believed"
+    factor, text = 1.25 if order > CREDIBLE[1] else 3.0, "the observed order is not believed" if math.isfinite(order) else "no order is observed"
     method = f"{factor:g} times the range of the values" if factor * spread >= two_finest else "first order taken, safety factor 3"
     return GridEstimate(max(factor * spread, two_finest), order, math.nan, f"three grids, {text}: {method}")
 

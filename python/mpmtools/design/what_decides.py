@@ -18,11 +18,9 @@ def sensitivity_rows(ensemble, results):
     if not (math.isfinite(force) and math.isfinite(moment)):
         return []
     labels = {"velocity": "speed", "depth": "depth", "density": "density"}
-    rows = []
-    for name, ends in scaling.ranges_of(plan).items():
-        scaled = [scaling.scaled_loads(results, plan, end) for end in ends]
-        rows.append((f"{labels[name]} ± {100.0 * scaling.half_range(plan, name):.0f} %, scaling", *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in (
-            (force, scaled[0][0], scaled[1][0]), (moment, scaled[0][1], scaled[1][1])))))
+    rows = [(f"{labels[name]} ± {100.0 * scaling.half_range(plan, name):.0f} %, scaling",
+             *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in zip((force, moment), *(scaling.scaled_loads(results, plan, end) for end in ends))))
+            for name, ends in scaling.ranges_of(plan).items()]
     rows = [row for row in rows if all(math.isfinite(end) for change in row[1:] for end in change)]  # else a snow is beyond the fit
     chosen = [choose()[0] for choose in (results.design_force, results.design_moment)]
     entries = [results.table[results.governing(key)][key] for key in chosen]
@@ -39,8 +37,6 @@ def sensitivity_rows(ensemble, results):
 
 def sensitivity_table(rows):
     """The same in percent."""
-    if not rows:
-        return None
     return {"head": ["what changes", "design force", "design moment"],
             "rows": [[what, *(f"{number(100.0 * low, '+.0f')} to {percent(high, '+.0f')}" for low, high in changes)] for what, *changes in rows]}
 

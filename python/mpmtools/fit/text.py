@@ -40,8 +40,7 @@ def _coefficient_lines(s):
                                    "-" if np.isnan(e.p_value) else f"{e.p_value:.1e}", _short(published), _short(published_error),
                                    f"{100.0 * (e.value / published - 1.0):.1f}%"))
     if "Fr_sat" in s.fit.estimates:
-        low, high = s.fit.saturation_interval
-        lines.append(f"  Fr_sat, interval of 95 % by the profile of the sum of squares: {low:.3f} to {high:.3f}")
+        lines.append("  Fr_sat, interval of 95 % by the profile of the sum of squares: {:.3f} to {:.3f}".format(*s.fit.saturation_interval))
     return lines + [f"  note: {caution}" for caution in s.fit.cautions]
 
 
