@@ -14,8 +14,8 @@ def uncertainties(results):
     """[(quantity, grid uncertainty over the value, of heights above the bed, the largest of the snows; whether it may be greater)] of the main quantities;
     NaN: not known."""
     def share(key):
-        base = results.finest[0].base * key.endswith("mean_m")
-        return max((e.grid / abs(e.value - base) for e in (row[key] for row in results.table) if math.isfinite(e.value) and math.isfinite(e.grid)), default=math.nan)
+        base, entries = results.finest[0].base * key.endswith("mean_m"), [row[key] for row in results.table]
+        return max((e.grid / abs(e.value - base) for e in entries if math.isfinite(e.value) and math.isfinite(e.grid)), default=math.nan)
 
     return [(label, share(key), results.ranges[key].at_least) for key, label in (
         ("force_mean_n", "mean force"), ("moment_mean_n_m", "mean moment"), ("runup_p99_mean_m", "run-up"), ("pressure_height_mean_m", "pressure height"))]

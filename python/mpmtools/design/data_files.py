@@ -52,7 +52,8 @@ def write_tables(ensemble, results, spectrum):
     @return their names"""
     folder, plan = ensemble.folder, ensemble.plan
     rows = [{"quantity": q.key, "snow": snow["name"], **_of_entry(row[q.key])} for q in quantities_of(plan) for snow, row in zip(plan["snows"], results.table)]
-    tables = {"design.csv": pd.DataFrame(rows).drop(columns=["by_grid", "order", "note"]), "pressure_over_height.csv": pd.DataFrame(results.profile_table(ensemble))}
+    tables = {"design.csv": pd.DataFrame(rows).drop(columns=["by_grid", "order", "note"]),
+              "pressure_over_height.csv": pd.DataFrame(results.profile_table(ensemble))}
     low, high, lines, arm = results.line_loads(plan)
     tables["line_load.csv"] = pd.DataFrame({"z_from_m": low, "z_to_m": high, **{f"{name}_kn_m": 1e-3 * q for name, q in lines.items()}})
     if arm:
@@ -65,7 +66,8 @@ def write_tables(ensemble, results, spectrum):
         of_arm = {"arm_force_x_n": loads.arm.force, "arm_force_z_n": loads.arm.vertical} if loads.has_arm else {}
         times.append(pd.DataFrame({"snow": snow["name"], **{column: getattr(loads, name) for column, name in OVER_TIME.items()}, **of_arm}))
     tables["loads_over_time.csv"] = pd.concat(times)
-    tables["shock_spectrum.csv"] = pd.DataFrame({"frequency_hz": figures.FREQUENCIES, **{f"{snow['name']}_n": row for snow, row in zip(plan["snows"], spectrum)}})
+    of_snows = {f"{snow['name']}_n": row for snow, row in zip(plan["snows"], spectrum)}
+    tables["shock_spectrum.csv"] = pd.DataFrame({"frequency_hz": figures.FREQUENCIES, **of_snows})
     for name, table in tables.items():
         write_text(os.path.join(folder, name), table.to_csv(index=False, float_format="%.6g"))
     return list(tables)

@@ -137,8 +137,8 @@ def design_rows(ensemble, results):
         entry = results.table[snow][chosen]
         why = f"upper value of: {q.label}, {with_unit(value_and_error(entry.value, entry.total, q.scale), q.unit)} ({ensemble.label(snow)})."
         if "vibration" in chosen:
-            why += (" The height of the mast is not given: the load is taken to act where the mode has its unit of displacement, an upper bound; give mast.height_m."
-                    if plan["mast"]["height_m"] is None else f" Without vibration {value(*results.upper(statics))}.")
+            why += (" The height of the mast is not given: the load is taken to act where the mode has its unit of displacement, an upper bound; "
+                    "give mast.height_m." if plan["mast"]["height_m"] is None else f" Without vibration {value(*results.upper(statics))}.")
         steady, steady_number = choose(steady_only=True)
         if steady is not None and chosen != steady and steady_number < number:
             why += f" What comes before the flow is steady included, such as the first impact of a vertical front (upper bound); while the flow is steady: {value(steady, steady_number)}."

@@ -142,7 +142,8 @@ def grid_table(ensemble, results):
             shares = [percent(part / abs(e.value)) for part in (e.gci, e.known, e.grid)]
             if e.method not in notes:
                 notes.append(e.method)
-            rows.append([with_unit_of(q, f"{q.label}, {ensemble.label(snow)}"), *(short(v, q.scale) for v in e.by_grid), number(e.order, ".1f"), *shares, f"{notes.index(e.method) + 1}"])
+            rows.append([with_unit_of(q, f"{q.label}, {ensemble.label(snow)}"), *(short(v, q.scale) for v in e.by_grid), number(e.order, ".1f"), *shares,
+                         f"{notes.index(e.method) + 1}"])
     return {"head": head, "rows": rows, "notes": notes}
 
 
@@ -204,5 +205,6 @@ def factor_tables(ensemble, factors=None, results=None):
         if kind == "front" and known and results is not None:
             cells.append(own_front(ensemble, results))
             note += " The row of this page has values, without their uncertainty."
-        found.append((heading, {"head": ["height of the underside" if kind == "arm" else kind, *(labels[quantity] for quantity in quantities)], "rows": cells}, note))
+        head_of = "height of the underside" if kind == "arm" else kind
+        found.append((heading, {"head": [head_of, *(labels[quantity] for quantity in quantities)], "rows": cells}, note))
     return found

@@ -18,9 +18,10 @@ def sensitivity_rows(ensemble, results):
     if not (math.isfinite(force) and math.isfinite(moment)):
         return []
     labels = {"velocity": "speed", "depth": "depth", "density": "density"}
-    rows = [(f"{labels[name]} ± {100.0 * scaling.half_range(plan, name):.0f} %, scaling",
-             *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in zip((force, moment), *(scaling.scaled_loads(results, plan, end) for end in ends))))
-            for name, ends in scaling.ranges_of(plan).items()]
+    rows = []
+    for name, ends in scaling.ranges_of(plan).items():
+        scaled = zip((force, moment), *(scaling.scaled_loads(results, plan, end) for end in ends))
+        rows.append((f"{labels[name]} ± {100.0 * scaling.half_range(plan, name):.0f} %, scaling", *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in scaled)))
     rows = [row for row in rows if all(math.isfinite(end) for change in row[1:] for end in change)]  # else a snow is beyond the fit
     chosen = [choose()[0] for choose in (results.design_force, results.design_moment)]
     entries = [results.table[results.governing(key)][key] for key in chosen]
