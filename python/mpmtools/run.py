@@ -14,6 +14,10 @@ from mpmtools.files import read_json
 from mpmtools.frame import Frame, open_hdf5
 
 
+def _of_case(key, default, text):
+    return property(lambda run: run.case.get(key, default), doc=text)
+
+
 class Run:
     """What a result folder holds; every part is read when it is first asked for.
 
@@ -125,14 +129,10 @@ class Run:
 
     # ---- the set-up ----
 
-    @property
-    def title(self):
-        return self.case.get("title", "")
-
-    @property
-    def gravity(self):
-        """m/s^2."""
-        return self.case.get("numerics.gravity_m_s2", 9.81)
+    title = _of_case("title", "", "Of the case.")
+    gravity = _of_case("numerics.gravity_m_s2", 9.81, "m/s^2.")
+    obstacle = _of_case("obstacle", None, "The table [obstacle]; None in a case without one.")
+    flow_height = _of_case("conveyor.flow_height_m", None, "H, m; None without a conveyor.")
 
     @property
     def cell_size(self):
@@ -143,11 +143,6 @@ class Run:
     def particle_spacing(self):
         """Of the lattice at the start, m."""
         return self.cell_size / round(self.case.get("numerics.particles_per_cell", 8) ** (1.0 / 3.0))
-
-    @property
-    def obstacle(self):
-        """The table [obstacle]; None in a case without one."""
-        return self.case.get("obstacle")
 
     @cached_property
     def _solids(self):
@@ -183,11 +178,6 @@ class Run:
     def obstacle_width(self):
         """Across the flow, m; for a turned box more than its width_m."""
         return 2.0 * max(y for _, y in self.obstacle_outline)
-
-    @property
-    def flow_height(self):
-        """H, m; None without a conveyor."""
-        return self.case.get("conveyor.flow_height_m")
 
     @property
     def velocity(self):

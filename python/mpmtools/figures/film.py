@@ -14,35 +14,26 @@ from mpmtools.figures.view_3d import picture_size
 from mpmtools.run import Run
 from mpmtools.terrain import terrain_of
 
-FIELDS = {"snow": None, "speed": "speed (m/s)", "pressure": "Cauchy pressure (kPa)"}
-
+FIELDS = {  # label, values of the particles of a frame, with the mirrored half, in its unit; None for white snow
+    "snow": ("", None),
+    "speed": ("speed (m/s)", lambda frame: np.linalg.norm(frame.whole("velocity_m_s"), axis=1)),
+    "pressure": ("Cauchy pressure (kPa)", lambda frame: 1e-3 * frame.whole("pressure_pa")),
+}
 CODECS = {".mp4": ["libx264", "-preset", "slow", "-pix_fmt", "yuv420p", "-movflags", "+faststart"],
           ".webm": ["libvpx-vp9", "-row-mt", "1", "-pix_fmt", "yuv420p"]}
-
-
-def field_of(frame, name):
-    """Values of the particles of a frame, with the mirrored half, in the unit of its label; None for white snow."""
-    if name == "speed":
-        return np.linalg.norm(frame.whole("velocity_m_s"), axis=1)
-    if name == "pressure":
-        return 1e-3 * frame.whole("pressure_pa")
-    return None
 
 
 class Studio:
     """What all pictures of a run share: ground, camera, mast, range of the colours. @param frames  of the run, which hold snow"""
 
     def __init__(self, run, frames, field, size):
-        self.run, self.field, self.size = run, field, size
+        self.run, self.size, (self.label, self.values_of) = run, size, FIELDS[field]
         terrain = terrain_of(run)
         self.ground = UnevenGround(terrain) if terrain else LevelGround()
         some = [f["position_m"] for f in frames[:: max(1, len(frames) // 8)]]
         top = max(float(np.percentile(x[:, 2] - self.ground.height(x[:, :2]), 99.9)) for x in some)
         self.camera, self.solids = standpoint(run, frames[-1].whole("position_m"), top, self.ground)
-        self.most = 1.0
-        if label := FIELDS[field]:
-            self.label = label
-            self.most = max(1e-9, *(float(np.percentile(field_of(f, field), 99.0)) for f in frames))
+        self.most = max(1e-9, *(float(np.percentile(self.values_of(f), 99.0)) for f in frames)) if self.values_of else 1.0
 
     def picture(self, frame, path):
         """Draws a frame into a PNG file."""
@@ -50,7 +41,7 @@ class Studio:
         from matplotlib import pyplot as plt
 
         run = self.run
-        values = field_of(frame, self.field)
+        values = self.values_of and self.values_of(frame)
         snow = SnowDensity(frame.whole("position_m"), frame.whole("reference_volume_m3"), run.particle_spacing, values)
         colours = None if values is None else lambda v: colormaps["viridis"](np.clip(v / self.most, 0.0, 1.0))[:, :3]
         width, height = self.size
