@@ -18,7 +18,7 @@ class _Arrays:
     """The datasets of an open file; one that is missing is a MissingEntry, which names the file."""
 
     def __init__(self, file, path):
-        self.file, self.path = file, path
+        self.file, self.path, self.attrs = file, path, file.attrs
 
     def __getitem__(self, name):
         if not isinstance(self.file.get(name), h5py.Dataset):
@@ -27,10 +27,6 @@ class _Arrays:
 
     def __iter__(self):
         return iter(self.file)
-
-    @property
-    def attrs(self):
-        return self.file.attrs
 
 
 @contextlib.contextmanager
