@@ -320,7 +320,7 @@ class ResultsOfADesign(DesignFolder):
 
     def test_design_with_the_largest_upper_value(self):
         ensemble = Ensemble(self.folder)
-        key, force = Results(ensemble).design_force()
+        key, force = Results(ensemble).headline("force")
         self.assertIn(key, ("force_with_vibration_n", "force_first_impact_n"))  # the blow of 0.6 s; the mode feels 3 % of it
         self.assertEqual(force, Results(ensemble).ranges[key].high)
 
@@ -329,15 +329,15 @@ class ResultsOfADesign(DesignFolder):
             path = self.folder / "runs" / run["name"] / "results.json"
             path.write_text(json.dumps({**json.loads(path.read_text()), "force_standard_error_n": [1e6, 0, 0], "overturning_moment_standard_error_n_m": 1e6}))
         results = Results(Ensemble(self.folder))
-        self.assertEqual([results.design_force()[0], results.design_moment(steady_only=True)[0]], ["force_mean_n", "moment_mean_n_m"])
-        self.assertEqual(results.snow_upper(1), (results.design_force()[1], results.design_moment()[1]))
+        self.assertEqual([results.headline("force")[0], results.headline("moment", steady_only=True)[0]], ["force_mean_n", "moment_mean_n_m"])
+        self.assertEqual(results.snow_upper(1), (results.headline("force")[1], results.headline("moment")[1]))
 
     def test_tell_what_the_first_impact_adds(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        key, force = results.design_force(steady_only=True)
+        key, force = results.headline("force", steady_only=True)
         self.assertIn(key, ("force_steady_peak_n", "force_with_vibration_steady_n"))
-        self.assertLess(force, results.design_force()[1])
+        self.assertLess(force, results.headline("force")[1])
 
     def test_end_the_run_up_at_bernoullis_bound(self):
         for run in self.runs:
@@ -385,7 +385,7 @@ class ResultsOfADesign(DesignFolder):
         for row in results.table:
             row["moment_mean_n_m"] = row["moment_mean_n_m"]._replace(grid=0.5 * row["moment_mean_n_m"].value)
         self.assertTrue(any("mean moment 50 %" in text and "finest_cells = 15" in text for text, _ in cautions.advice_rows(ensemble, results)))
-        key, force = results.design_force()
+        key, force = results.headline("force")
         firm = results.table[1]
         firm[key] = firm[key]._replace(grid=0.6 * firm[key].value, total=0.6 * firm[key].value)
         results.ranges[key] = results.ranges[key]._replace(high=firm[key].upper)
@@ -404,13 +404,13 @@ class ResultsOfADesign(DesignFolder):
         for governing in STEADY_FORCES + IMPACT_FORCES:
             results = Results(ensemble)
             results.ranges[governing] = results.ranges[governing]._replace(high=1e7)
-            self.assertEqual(results.design_force(), (governing, 1e7))
+            self.assertEqual(results.headline("force"), (governing, 1e7))
             self.assertIn("10000 kN", [row[1] for row in page_tables.reaction_table(ensemble, results)["rows"]])
 
     def test_round_upper_values_alike_wherever_they_stand(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        key, moment = results.design_moment()
+        key, moment = results.headline("moment")
         results.ranges[key] = results.ranges[key]._replace(high=580100.0)  # 580 to the nearest, 581 rounded up
         at = [q.key for q in results.shown(self.plan)].index(key)
         self.assertTrue(page_tables.load_table(ensemble, results)["rows"][at][-1].endswith(" to 581"))
@@ -662,7 +662,7 @@ class Scaling(DesignFolder):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
         force, moment, error = scaling.scaled_loads(results, self.plan, scaling.avalanche_of(self.plan))
-        self.assertEqual((force, moment, error), (results.design_force()[1], results.design_moment()[1], 0.0))
+        self.assertEqual((force, moment, error), (results.headline("force")[1], results.headline("moment")[1], 0.0))
 
     def test_gives_scenarios_and_warns_of_a_greater_one(self):
         flow = self.plan["flow"]
@@ -864,7 +864,7 @@ class Arms(DesignFolder):
         pieces, middle = line.z_to_m - line.z_from_m, 0.5 * (line.z_to_m + line.z_from_m)
         expected = {name: [self.results.ranges[f"{kind}_{name}_{unit}"].high for kind, unit in (("force", "n"), ("moment", "n_m"))]
                     for name in ("mean", "steady_peak", "first_impact")}
-        expected["with_vibration"] = [self.results.design_force()[1], self.results.design_moment()[1]]
+        expected["with_vibration"] = [self.results.headline("force")[1], self.results.headline("moment")[1]]
         self.assertEqual(list(arm.index), list(expected))
         for name, (force, moment) in expected.items():
             load, on_arm = 1e3 * line[f"{name}_kn_m"], 1e3 * arm.downstream_kn[name]
@@ -972,12 +972,12 @@ class SnowCovers(DesignFolder):
 
     def test_of_a_metre_are_on_the_page_as_a_site_with_one_gives_them(self):
         text = page.cover_text(Ensemble(self.folder))
-        plain = rounding.upward(Results(Ensemble(self.folder)).design_moment()[1], 1e-3)
+        plain = rounding.upward(Results(Ensemble(self.folder)).headline("moment")[1], 1e-3)
         self.change_cases("height_m = 12.0", "height_m = 11.0")
         self.write("design_plan.json", json.dumps({**self.plan, "flow": {**self.plan["flow"], "snow_cover_m": 1.0}}))
         ensemble = Ensemble(self.folder)
         covered = Results(ensemble)
-        force, moment = (rounding.upward(choose()[1], 1e-3) for choose in (covered.design_force, covered.design_moment))
+        force, moment = (rounding.upward(covered.headline(load)[1], 1e-3) for load in ("force", "moment"))
         self.assertIn(f"are {force} kN and {moment} kN m, with the vibration", text)
         self.assertNotEqual(moment, plain)
         self.assertEqual(page.cover_text(ensemble), "")
@@ -1191,7 +1191,7 @@ class Pages(DesignFolder):
     def test_take_no_more_than_all_of_a_load_off_for_the_grid(self):
         ensemble = Ensemble(self.folder)
         results = Results(ensemble)
-        key, _ = results.design_moment()
+        key, _ = results.headline("moment")
         firm = results.table[1]
         firm[key] = firm[key]._replace(grid=1.5 * firm[key].value, total=1.5 * firm[key].value)
         results.ranges[key] = results.ranges[key]._replace(high=firm[key].upper)
@@ -1270,7 +1270,7 @@ class Pages(DesignFolder):
         self.assertLess(results.table[1]["force_first_impact_n"].value, 1e6)
         self.assertGreater(results.ranges["force_later_peak_n"].high, 1e6)
         self.assertEqual(results.peaks[-1], "later_peak")
-        self.assertGreaterEqual(results.design_force()[1], results.ranges["force_later_peak_n"].high)
+        self.assertGreaterEqual(results.headline("force")[1], results.ranges["force_later_peak_n"].high)
         self.assertIn("later_peak", results.line_loads(ensemble.plan)[2])
         self.assertIn("What comes before the flow is steady included", headlines.design_rows(ensemble, results)[0][2])
         force, moment, _, run_up = headlines.design_rows(ensemble, results)

@@ -40,8 +40,9 @@ def advice_rows(ensemble, results):
     if math.isfinite(drag.high) and (remark := comparison.drag_remark(plan, drag.lowest, drag.highest)):
         rows.append((remark, ""))
     shares = [(label, share) for label, share, _ in uncertainties(results)]
-    arms = [("force on the arm", results.arm_force()), ("lift on the arm", results.arm_force(name="arm_lift"))]
-    for label, (key, _) in [("design force", results.design_force()), ("design moment", results.design_moment())] + ("arm" in plan) * arms:
+    arms = [("force on the arm", "arm_force"), ("lift on the arm", "arm_lift")]
+    for label, load in [("design force", "force"), ("design moment", "moment")] + ("arm" in plan) * arms:
+        key, _ = results.headline(load)
         if key is not None and results.ranges[key].highest > 0.0:
             entry = results.table[results.governing(key)][key]
             shares.append((label, entry.grid / entry.value))
@@ -49,7 +50,7 @@ def advice_rows(ensemble, results):
         remedy = finer_grid(plan)
         rows.append((f"The grids are too coarse: their uncertainty is more than a third of the value ({', '.join(coarse)}). "
                      f"{remedy[0].upper()}{remedy[1:]}", ""))
-    (_, own_force), (_, own_moment) = results.design_force(), results.design_moment()
+    (_, own_force), (_, own_moment) = results.headline("force"), results.headline("moment")
     of_arm = [max(values) for values in zip((0.0, 0.0), *((force, force * at) for force, at in results.arm_loads().values()))]
     greater = {}  # row: its loads that are
     for what, own, unit in (("force", own_force - of_arm[0], "kN"), ("moment", own_moment - of_arm[1], "kN m")):

@@ -26,8 +26,8 @@ def _of_entry(e):
 def design_json(ensemble, results):
     """What design.json holds, as a dict; None: not known."""
     plan = ensemble.plan
-    (chosen, force), (of_moment, moment) = results.design_force(), results.design_moment()
-    arm = {"design_arm_force_n": results.arm_force()[1], "design_arm_lift_n": results.arm_force(name="arm_lift")[1]} if "arm" in plan else {}
+    (chosen, force), (of_moment, moment) = results.headline("force"), results.headline("moment")
+    arm = {f"design_{load}_n": results.headline(load)[1] for load in ("arm_force", "arm_lift")} if "arm" in plan else {}
     quantities = {q.key: {"label": q.label, "range": results.ranges[q.key]._asdict(),
                           "snows": {snow["name"]: _of_entry(row[q.key]) for snow, row in zip(plan["snows"], results.table)}} for q in quantities_of(plan)}
     return plain({

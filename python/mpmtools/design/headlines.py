@@ -1,6 +1,5 @@
 """The values at the top of the page: what to design with, and why."""
 
-import functools
 import math
 import re
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from mpmtools.design import comparison
 from mpmtools.design.loads import moving_mean
-from mpmtools.design.results import FORCES, MOMENTS, STATIC_FORCES, STATIC_MOMENTS, arm_keys, quantities_of
+from mpmtools.design.results import HEADLINES, STATIC_FORCES, STATIC_MOMENTS, quantities_of
 from mpmtools.design.rounding import UNKNOWN, short, upward, value_and_error, with_unit
 
 NOT_DETERMINED = 1.0 / 3.0  # largest uncertainty over the value above the bed with which a height is stated
@@ -44,8 +43,9 @@ def at_least(results, keys):
     return "at least " if results.is_at_least(keys) else ""
 
 
-def still_growing(ensemble, results, name):
-    """(mark of a quantity of Loads.growth that is not final, why it is not); empty: it is."""
+def still_growing(ensemble, results, load):
+    """(mark of a load of HEADLINES, or another quantity of Loads.growth, that is not final, why it is not); empty: it is."""
+    name = "arm's force" if load.startswith("arm") else load
     for mark, text, condition in (("not steady", "The run ends before the flow is steady", lambda loads: not loads.is_steady),
                                   ("still growing", "The snow before the mast still piles up when the run ends", lambda loads: name in loads.growth)):
         if snows := [ensemble.label(snow) for snow, loads in enumerate(results.finest) if condition(loads)]:
@@ -53,10 +53,10 @@ def still_growing(ensemble, results, name):
     return "", ""
 
 
-def marked(ensemble, results, text, name, keys):
-    """A load in words with the marks of its headline. @param name  of Loads.growth; @param keys  of the headline"""
-    mark, _ = still_growing(ensemble, results, name)
-    return text if text == UNKNOWN else at_least(results, keys) + text + (f", {mark}" if mark else "")
+def marked(ensemble, results, text, load):
+    """A load in words with the marks of its headline. @param load  of HEADLINES"""
+    mark, _ = still_growing(ensemble, results, load)
+    return text if text == UNKNOWN else at_least(results, HEADLINES[load][1]) + text + (f", {mark}" if mark else "")
 
 
 def pressure_heights(ensemble, results):
@@ -123,13 +123,12 @@ def design_rows(ensemble, results):
 
     arm, rows = plan.get("arm"), []
     both = ", arm included" if arm else ""
-    loads = [(f"force downstream, at the foundation{both}", "force", results.design_force, FORCES, STATIC_FORCES),
-             (f"overturning moment at the ground{both}", "moment", results.design_moment, MOMENTS, STATIC_MOMENTS)]
+    loads = [(f"force downstream, at the foundation{both}", "force", STATIC_FORCES), (f"overturning moment at the ground{both}", "moment", STATIC_MOMENTS)]
     if arm:
-        loads += [(f"arm ({arm['base_m']:.4g} to {arm['height_m']:.4g} m above the ground): force {axis}", "arm's force", functools.partial(results.arm_force, name=name), arm_keys(name), ())
-                  for axis, name in (("downstream", "arm_force"), ("upwards", "arm_lift"))]
-    for what, name, choose, keys, statics in loads:
-        chosen, number = choose()
+        loads += [(f"arm ({arm['base_m']:.4g} to {arm['height_m']:.4g} m above the ground): force {axis}", load, ())
+                  for axis, load in (("downstream", "arm_force"), ("upwards", "arm_lift"))]
+    for what, load, statics in loads:
+        chosen, number = results.headline(load)
         if chosen is None:
             rows.append((what, UNKNOWN, "no run gives one"))
             continue
@@ -139,13 +138,14 @@ def design_rows(ensemble, results):
         if "vibration" in chosen:
             why += (" The height of the mast is not given: the load is taken to act where the mode has its unit of displacement, an upper bound; "
                     "give mast.height_m." if plan["mast"]["height_m"] is None else f" Without vibration {value(*results.upper(statics))}.")
-        steady, steady_number = choose(steady_only=True)
+        steady, steady_number = results.headline(load, steady_only=True)
         if steady is not None and chosen != steady and steady_number < number:
             why += f" What comes before the flow is steady included, such as the first impact of a vertical front (upper bound); while the flow is steady: {value(steady, steady_number)}."
-        if name == "arm's force":
+        if load.startswith("arm"):
             why += arm_remark(ensemble, results, chosen)
-        _, growing = still_growing(ensemble, results, name)
-        rows.append((what, marked(ensemble, results, value(chosen, number), name, keys), why + (f" {growing}." if growing else "") + (f" {ONE_GRID}." if results.is_at_least(keys) else "")))
+        _, growing = still_growing(ensemble, results, load)
+        rows.append((what, marked(ensemble, results, value(chosen, number), load),
+                     why + (f" {growing}." if growing else "") + (f" {ONE_GRID}." if results.is_at_least(HEADLINES[load][1]) else "")))
     heights = [h for h in pressure_heights(ensemble, results) if math.isfinite(h[0])]
     top, source = max(heights)
     mark, growing = still_growing(ensemble, results, "pressure height")

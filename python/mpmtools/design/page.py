@@ -5,6 +5,7 @@ import hashlib
 import json
 import math
 import os
+import pathlib
 import re
 
 import jinja2
@@ -16,22 +17,17 @@ from mpmtools.design.data_files import design_json, write_tables
 from mpmtools.design.ensemble import Ensemble
 from mpmtools.design.headlines import design_rows, longer, marked
 from mpmtools.design.loads import all_modes
-from mpmtools.design.results import FORCES, MOMENTS, Results, is_oblique
+from mpmtools.design.results import Results, is_oblique
 from mpmtools.design.rounding import short, upward, with_unit
 from mpmtools.figures.style import STYLE, use_style
 from mpmtools.files import write_text
 
 
-def stamp(ensemble):
-    """{name: text} for every printed sheet: date, author, project, hash of the input, version."""
-    plan = ensemble.plan
-    path = os.path.join(ensemble.folder, "site.toml")
-    if not os.path.exists(path):
-        path = os.path.join(ensemble.folder, "design_plan.json")
-    with open(path, "rb") as file:
-        digest = hashlib.sha256(file.read()).hexdigest()[:12]
-    return {"date": datetime.date.today().isoformat(), "author": plan.get("author") or "author not given",
-            "project": plan.get("project") or "project not given", "input": f"{os.path.basename(path)} {digest}", "version": f"mpm {plan['version']} ({plan['commit']})"}
+def input_of(ensemble):
+    """Name and hash of the site file; of the plan where it is missing."""
+    files = (pathlib.Path(ensemble.folder) / name for name in ("site.toml", "design_plan.json"))
+    path = next(path for path in files if path.exists())
+    return f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
 
 
 def cover_text(ensemble):
@@ -44,8 +40,8 @@ def cover_text(ensemble):
         return markupsafe.Markup(f"A snow cover or deposit under the flow lifts all loads, and {why}: {compute}.")
     raised = ensemble.raised(1.0)
     results = Results(raised)
-    force, moment = (marked(raised, results, with_unit(upward(choose()[1], 1e-3), unit), name, keys) for choose, unit, name, keys in (
-        (results.design_force, "kN", "force", FORCES), (results.design_moment, "kN m", "moment", MOMENTS)))
+    force, moment = (marked(raised, results, with_unit(upward(results.headline(load)[1], 1e-3), unit), load)
+                     for load, unit in (("force", "kN"), ("moment", "kN m")))
     vibration = ", with the vibration, which grows more than the heights" if plan["modes"] else ""
     return markupsafe.Markup(f"A snow cover or deposit under the flow lifts all loads: on 1 m of it, all heights are 1 m greater, and the upper values at the foundation are "
                              f"{force} and {moment}{vibration}. Where there is one, {compute}.")
@@ -70,10 +66,10 @@ def make_page(folder):
     environment.filters.update(short=short, radians=math.radians, cosine=math.cos, sine=math.sin)
     environment.filters["css"] = lambda text: markupsafe.Markup(json.dumps(re.sub(r"[\\<>\n]", " ", str(text)), ensure_ascii=False))  # a string of CSS
     page = environment.get_template("design_page.html.j2").render(
-        style=markupsafe.Markup(STYLE), plan=plan, ensemble=ensemble, results=results, middle=middle, stamp=stamp(ensemble), cover=cover_text(ensemble),
-        design=design, advice=advice, accuracy=accuracy(results), longer=longer(plan), oblique=is_oblique(plan), all_modes=all_modes(plan), pictures=pictures,
-        tornado=figures.tornado(sensitivity), sensitivity=sensitivity, files=files, comparison=comparison, figures=figures, tables=page_tables,
-        scaling=scaling, uncertainty=uncertainty, what_decides=what_decides)
+        style=markupsafe.Markup(STYLE), plan=plan, ensemble=ensemble, results=results, middle=middle, today=datetime.date.today(),
+        input=input_of(ensemble), cover=cover_text(ensemble), design=design, advice=advice, accuracy=accuracy(results), longer=longer(plan),
+        oblique=is_oblique(plan), all_modes=all_modes(plan), pictures=pictures, tornado=figures.tornado(sensitivity), sensitivity=sensitivity,
+        files=files, comparison=comparison, figures=figures, tables=page_tables, scaling=scaling, uncertainty=uncertainty, what_decides=what_decides)
     path = os.path.join(folder, "design.html")
     write_text(path, page)
     lines = [f"{what}: {value} ({why})" for what, value, why in design]

@@ -53,16 +53,14 @@ STEADY, IMPACT = ("mean", "steady_peak", "with_vibration_steady"), ("first_impac
 STEADY_FORCES, IMPACT_FORCES, STATIC_FORCES = ([f"force_{which}_n" for which in of] for of in (STEADY, IMPACT, STATIC))
 STEADY_MOMENTS, IMPACT_MOMENTS, STATIC_MOMENTS = ([f"moment_{which}_n_m" for which in of] for of in (STEADY, IMPACT, STATIC))
 FORCES, MOMENTS = STEADY_FORCES + IMPACT_FORCES, STEADY_MOMENTS + IMPACT_MOMENTS
+ARM_FORCES, ARM_LIFTS = ([f"arm_{name}_{which}_n" for which in STATIC] for name in ("force", "lift"))
+HEADLINES = {  # load: of what it is the greatest while the flow is steady, and at any time; the mean can have the greatest uncertainty
+    "force": (STEADY_FORCES, FORCES), "moment": (STEADY_MOMENTS, MOMENTS), "arm_force": (ARM_FORCES[:2], ARM_FORCES), "arm_lift": (ARM_LIFTS[:2], ARM_LIFTS)}
 
 
 def is_oblique(plan):
     """Whether the mast is turned, so that the whole flow was computed."""
     return plan["mast"].get("angle_deg", 0.0) != 0.0
-
-
-def arm_keys(name):
-    """@param name  arm_force or arm_lift"""
-    return [f"{name}_{which}_n" for which in STATIC]
 
 
 def quantities_of(plan):
@@ -204,23 +202,14 @@ class Results:
         """Whether the greatest of these may be greater: one of them is Range.at_least."""
         return any(self.ranges[key].at_least for key in keys if key in self.ranges)
 
-    def design_force(self, steady_only=False):
-        """upper() of steady mean, whose uncertainty can be the greatest, steady peak, first impact and later peak, with and without the
-        vibration. @param steady_only  without first impact and later peak"""
-        return self.upper(STEADY_FORCES if steady_only else FORCES)
-
-    def design_moment(self, steady_only=False):
-        """The same of the overturning moment."""
-        return self.upper(STEADY_MOMENTS if steady_only else MOMENTS)
-
-    def arm_force(self, steady_only=False, name="arm_force"):
-        """The same of the force on the arm downstream, or upwards ('arm_lift')."""
-        return self.upper(arm_keys(name)[: 2 if steady_only else None])
+    def headline(self, load, steady_only=False):
+        """upper() of a load of HEADLINES. @param steady_only  without first impact and later peak"""
+        return self.upper(HEADLINES[load][0 if steady_only else 1])
 
     def snow_upper(self, snow, part="upper", steady_only=False):
         """(force, moment): the greatest upper values of the headline, of one snow; NaN where there is none. @param part  of Entry: or value"""
         return tuple(max((getattr(e, part) for e in self._known(snow, keys).values()), default=math.nan)
-                     for keys in ((STEADY_FORCES, STEADY_MOMENTS) if steady_only else (FORCES, MOMENTS)))
+                     for keys in (HEADLINES[load][0 if steady_only else 1] for load in ("force", "moment")))
 
     def _known(self, snow, keys):
         """{key: Entry} of these that a snow has."""
@@ -282,7 +271,7 @@ class Results:
             if math.isfinite(force) and math.isfinite(moment):
                 of, (on_arm, at) = self.finest[self.governing(f"force_{name}_n")], arm.get(name, (0.0, 0.0))
                 loads[name] = fitted_line(z, of.at(name, of.line_load[2]), edges, force - on_arm, moment - at * on_arm, base)
-        (_, force), (_, moment) = self.design_force(), self.design_moment()
+        (_, force), (_, moment) = self.headline("force"), self.headline("moment")
         statics = list(loads)
         if plan["modes"] and statics:
             static = max(statics, key=lambda name: loads[name] @ centre)

@@ -6,7 +6,6 @@ import numpy as np
 
 from mpmtools.design import scaling
 from mpmtools.design.headlines import is_run_up_determined, marked
-from mpmtools.design.results import FORCES, MOMENTS
 from mpmtools.design.rounding import UNKNOWN, downward, number, percent, upward
 
 
@@ -23,8 +22,7 @@ def sensitivity_rows(ensemble, results):
         scaled = zip((force, moment), *(scaling.scaled_loads(results, plan, end) for end in ends))
         rows.append((f"{labels[name]} ± {100.0 * scaling.half_range(plan, name):.0f} %, scaling", *((low / whole - 1.0, high / whole - 1.0) for whole, low, high in scaled)))
     rows = [row for row in rows if all(math.isfinite(end) for change in row[1:] for end in change)]  # else a snow is beyond the fit
-    chosen = [choose()[0] for choose in (results.design_force, results.design_moment)]
-    entries = [results.table[results.governing(key)][key] for key in chosen]
+    entries = [results.table[results.governing(key)][key] for key, _ in (results.headline("force"), results.headline("moment"))]
     shares = [np.nan_to_num(entry.grid) / entry.value for entry in entries]
     rows.append(("grid, in the headline at its upper end", *((-min(2.0 * share / (1.0 + share), 1.0), 0.0) for share in shares)))
     values, steady = ([results.snow_upper(number, "value", steady_only) for number in range(len(plan["snows"]))] for steady_only in (False, True))
@@ -103,7 +101,7 @@ def scenario_table(ensemble, results):
     rows, scenarios, determined = [], scenario_rows(ensemble, results), is_run_up_determined(ensemble, results)
     for name, other, force, moment, error, heights in scenarios:
         rows.append([name, f"{other.depth:.3g}", f"{other.velocity:.3g}", f"{other.density:.3g}", f"{other.froude_number(gravity):.2f}",
-                     marked(ensemble, results, upward(force, 1e-3), "force", FORCES), marked(ensemble, results, upward(moment, 1e-3), "moment", MOMENTS), upward(heights[0]),
+                     marked(ensemble, results, upward(force, 1e-3), "force"), marked(ensemble, results, upward(moment, 1e-3), "moment"), upward(heights[0]),
                      upward(heights[1]) if determined or math.isnan(heights[1]) else "not determined", UNKNOWN if math.isnan(error) else f"± {percent(error)}" if error else "none"])
     return {"head": ["scenario", "H (m)", "v (m/s)", "ρ (kg/m³)", "Fr", "force (kN)", "moment (kN m)", "pressure height (m)", "run-up (m)", "error of force and moment by scaling"],
             "rows": rows, "note": not_scaled(scenarios, ensemble.plan)}
