@@ -94,11 +94,11 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
         if not least <= value <= most:
             raise ConfigError(f"{option} {value:g}: give a number from {least:g} to {most:g} {unit}")
     name, steps, peak, incomplete = simulation_files(folder, simulation)
+    peaks_only = len(steps) < 2
     elevation, lines = read_elevation(dem or find_dem(folder))
     fall = ground.local_fall(elevation, x, y)
-    whole, grids = flow_at(steps if len(steps) > 1 else {0.0: peak}, x, y, elevation)
+    whole, grids = flow_at({0.0: peak} if peaks_only else steps, x, y, elevation)
     lines += check_same([elevation.grid, *grids])
-    peaks_only = len(steps) < 2
     lines += remarks_on(steps, incomplete, whole, x, y)
     rows = passage(whole, LEAST_DEPTH if peaks_only else max(LEAST_DEPTH, min(width, whole.depth.max()) / 5.0))
     flow = whole.part(rows)
@@ -108,8 +108,6 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
         unsure = "peak values hold no direction" if peaks_only else "the results do not determine it; export Vx and Vy"
         direction = flows.Direction(fall, f"the fall of the ground at the mast, unsure ({unsure})")
     plane = ground.plane_at(elevation, x, y, direction.angle, sizes.window)
-    if not peaks_only:
-        relief, relief_line = relief_for(elevation, plane, sizes, flow, terrain)
     title = f"{name} at {place(x, y)}".replace('"', "'")
     slope = math.degrees(plane.slope)
     moment = "largest depth and largest speed (pft, pfv), which need not coincide" if peaks_only else (
@@ -122,6 +120,7 @@ def import_avalanche(folder, x, y, width, out, simulation=None, dem=None, densit
                      "need not coincide: no moment has a larger v^2 H, and perhaps none has one as large")
         lines.append(f"no case, since peak values do not say how the flow varies in time: {EXPORT}")
     else:
+        relief, relief_line = relief_for(elevation, plane, sizes, flow, terrain)
         lines += [relief_line, f"largest v^2 H: {flow.depth[row]:.3g} m at {flow.speed[row]:.3g} m/s, {times[row]:.3g} s after the arrival"]
         write_text(os.path.join(out, "inflow.csv"), "time_s,depth_m,velocity_m_s\n" +
                    "".join(f"{t:.6g},{d:.6g},{v:.6g}\n" for t, d, v in zip(times, flow.depth, flow.speed)))

@@ -121,14 +121,6 @@ def passage(flow, least_depth):
     return slice(first, last + 1)
 
 
-def of_velocity(flow):
-    """From the velocity at the strongest moment; how sure: by how much it turns during the passage, weighed with v^2 H."""
-    angle = flow.directions[strongest(flow)]
-    turn = np.angle(np.exp(1j * (flow.directions - angle)))
-    scatter = math.degrees(math.sqrt(np.average(turn**2, weights=flow.depth * flow.speed**2)))
-    return Direction(angle, f"Vx and Vy at the strongest moment; it turns by +- {scatter:.0f} degrees while the flow passes")
-
-
 def balance_rows(before, after, step, x, y, width):
     """Rows (a, b) with a . e = b for the unit vector e of the flow, from the change of volume in one time step.
 
@@ -174,7 +166,10 @@ def of_volume(flow, x, y):
 def direction_of(flow, rows, x, y):
     """Direction of the flow; None: nothing in the results determines it. @param rows  those of the passage"""
     passing = flow.part(rows)
-    if np.isfinite(passing.directions[strongest(passing)]):
-        return of_velocity(passing)
+    angle = passing.directions[strongest(passing)]
+    if np.isfinite(angle):  # how sure: by how much it turns during the passage, weighed with v^2 H
+        turn = np.angle(np.exp(1j * (passing.directions - angle)))
+        scatter = math.degrees(math.sqrt(np.average(turn**2, weights=passing.depth * passing.speed**2)))
+        return Direction(angle, f"Vx and Vy at the strongest moment; it turns by +- {scatter:.0f} degrees while the flow passes")
     wider = flow.part(slice(max(0, rows.start - 2), rows.stop + 2))  # with the arrival
     return of_volume(wider, x, y) if len(wider.times) > 1 else None
