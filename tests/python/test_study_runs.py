@@ -172,6 +172,12 @@ class Tables(InFolder):
             text = TABLE.replace("conveyor.froude_number", "froude_number").replace("a,1,", "a,x,")
             read_study_table([self.write("t.csv", text)])
 
+    def test_a_mean_height_that_is_none_is_named_with_its_line(self):
+        head = "velocity_m_s,effective_friction,hardening_xi,flow_height_m,runup_mean_m,pressure_height_mean_m\n6,0.5,5,2,4,3\n"
+        for heights, message in (("inf,3", ":3: column 'runup_mean_m' holds inf"), ("4,-1", ":3: column 'pressure_height_mean_m' holds -1")):
+            with self.assertRaisesRegex(InputError, message):
+                read_study_table([self.write("t.csv", head + f"6,0.6,5,2,{heights}\n")])
+
     def test_numbers_are_written_as_short_as_they_read_back(self):
         self.assertEqual([number_text(x) for x in (5.0, 0.1, -0.0, 1e-20, 1 / 3, 1e22)], ["5", "0.1", "0", "1e-20", "0.3333333333333333", "1e+22"])
         table = read_series(self.write("t.csv", "a,b\n1,nan\n0.30000000000000004,2\n"))

@@ -173,13 +173,22 @@ def _runs_of(table):
     if not find_column(table, "effective_friction"):
         runs["effective_friction"] = equations.effective_friction(runs.critical_state_slope, runs.cohesion_beta)
     for name in ("runup", "pressure_height"):
-        runs[name] = column(f"{name}_mean_m") / height
+        runs[name] = _height(table, column, f"{name}_mean_m") / height
         runs[f"{name}_standard_error"] = column(f"{name}_standard_error_m") / height
         runs[f"{name}_peak"] = column(f"{name}_peak_m") / height
         runs[f"{name}_numerical_uncertainty"] = column(f"{name}_numerical_uncertainty_m") / height
     runs["relative_width"] = runs.obstacle_width_m / height
     runs["at_reference_width"] = same_input(runs.relative_width, 1.0)
     return runs
+
+
+def _height(table, column, name):
+    """A column of mean heights, NaN where there is none; refuses others that are not positive and finite."""
+    values = column(name)
+    wrong = (values <= 0.0) | np.isinf(values)
+    if wrong.any():
+        raise InputError(f"{table.attrs['path']}:{wrong.idxmax()}: column '{name}' holds {values[wrong.idxmax()]:g}; a mean height is positive and finite")
+    return values
 
 
 def _text(table, *names):
