@@ -15,30 +15,30 @@ GridResolution nodal(double cells) { return {.cells = cells, .width_excess = nod
 GridResolution surface(double cells) { return {.contact = ContactRule::surface, .transfer = Transfer::aflip, .cells = cells}; }
 
 TEST(KnownGridUncertainty, CoversTheLimitOnTheGridsThatWereStudied) {
-  // validation/cases/avalanche_convergence: force in kN, limit 122; run-up over H, limit 4.7
+  // validation/cases/avalanche_convergence: force in kN, limit 124; run-up over H (of the contact before), limit 4.7
   for (const auto& [r, force, runup] : {std::tuple{nodal(3), 199.1, 3.18},
                                         {nodal(5), 160.5, 3.92},
                                         {nodal(7), 148.5, 4.18},
                                         {nodal(4), 208.4, 3.84},
                                         {nodal(12), 148.6, 4.40},
-                                        {surface(3), 115.9, 3.98},
-                                        {surface(4), 111.5, 4.27},
-                                        {surface(5), 120.4, 4.35},
-                                        {surface(6), 120.7, 4.40},
-                                        {surface(7), 119.6, 4.61},
-                                        {surface(8), 122.2, 4.69},
-                                        {surface(9), 121.4, 4.70},
-                                        {surface(12), 123.6, 4.62}}) {
+                                        {surface(3), 129.0, 3.98},
+                                        {surface(4), 127.7, 4.27},
+                                        {surface(5), 127.6, 4.35},
+                                        {surface(6), 125.2, 4.40},
+                                        {surface(7), 125.9, 4.61},
+                                        {surface(8), 124.9, 4.69},
+                                        {surface(9), 125.5, 4.70},
+                                        {surface(12), 124.5, 4.62}}) {
     const GridUncertainty u = grid_uncertainty(r);
-    EXPECT_GE(u.force * force, std::abs(force - 122.0)) << r.cells;
+    EXPECT_GE(u.force * force, std::abs(force - 124.0)) << r.cells;
     EXPECT_GE(u.runup * runup, std::abs(runup - 4.7)) << r.cells;
-    EXPECT_LE(u.force * force, std::abs(force - 122.0) + 0.07 * force)
+    EXPECT_LE(u.force * force, std::abs(force - 124.0) + 0.07 * force)
         << "and not much more (3 % of the limit; the force scatters by up to 3 % about it), at " << r.cells;
   }
 }
 
 TEST(KnownGridUncertainty, CoversTheFinestGridOfTheStudyOfOtherSnow) {
-  // validation/study/rows/grids.csv: value at w/5, w/7, w/10
+  // validation/study/rows/grids.csv: value at w/5, w/7, w/10; of fluid and sticky snow by the solver before
   struct Point {
     SnowTraits snow;
     double GridUncertainty::*of;
@@ -51,14 +51,18 @@ TEST(KnownGridUncertainty, CoversTheFinestGridOfTheStudyOfOtherSnow) {
                          {sticky, &GridUncertainty::runup, {3.80, 4.67, 4.66}},
                          {sticky, &GridUncertainty::pressure_height, {1.91, 1.98, 2.06}},
                          {sticky, &GridUncertainty::pressure_height, {1.80, 1.89, 1.99}},
-                         {moderate, &GridUncertainty::pressure_height, {3.084, 3.095, 3.287}},
-                         {moderate, &GridUncertainty::pressure_height, {3.076, 3.093, 3.206}},
-                         {stiff, &GridUncertainty::runup, {5.791, 7.298, 6.752}},
-                         {stiff, &GridUncertainty::runup, {4.370, 4.502, 4.634}},
-                         {stiff, &GridUncertainty::pressure_height, {3.443, 3.473, 3.785}},
-                         {stiff, &GridUncertainty::pressure_height, {3.760, 3.932, 4.056}},
-                         {stiff, &GridUncertainty::force, {456.1, 462.3, 528.6}},
-                         {stiff, &GridUncertainty::force, {537.9, 555.3, 580.8}}}) {
+                         {moderate, &GridUncertainty::pressure_height, {3.425, 3.451, 3.641}},
+                         {moderate, &GridUncertainty::pressure_height, {3.134, 3.160, 3.228}},
+                         {moderate, &GridUncertainty::force, {37.98, 37.07, 36.31}},
+                         {moderate, &GridUncertainty::force, {330.8, 326.4, 322.0}},
+                         {moderate, &GridUncertainty::force, {298.4, 293.7, 297.8}},
+                         {stiff, &GridUncertainty::runup, {5.713, 6.346, 6.614}},
+                         {stiff, &GridUncertainty::runup, {6.236, 6.532, 5.912}},
+                         {stiff, &GridUncertainty::runup, {4.627, 4.471, 4.772}},
+                         {stiff, &GridUncertainty::pressure_height, {3.421, 3.526, 4.107}},
+                         {stiff, &GridUncertainty::pressure_height, {3.319, 3.487, 3.928}},
+                         {stiff, &GridUncertainty::force, {476.9, 466.2, 530.4}},
+                         {stiff, &GridUncertainty::force, {535.7, 542.5, 565.9}}}) {
     for (const auto& [i, cells] : {std::pair{0, 5.0}, {1, 7.0}, {2, 10.0}}) {
       GridResolution r = surface(cells);
       r.snow = p.snow;
