@@ -196,14 +196,14 @@ def _wide_ratios(summary, *by):
 
 
 def grid():
-    """A finer grid over a coarser one, both with an earlier solver: 0.25 m over w/5 by kind of snow (and how many run-ups lie within the
-    uncertainty that w/5 states), and the points on three grids."""
+    """A finer grid over a coarser one: with an earlier solver 0.25 m over w/5 by kind of snow (and how many run-ups lie within the uncertainty
+    that w/5 states); with today's the points on three grids."""
     table = read_study_table(rows("earlier_grids"), finest=True)
     kinds = refinement_tables(pd.concat([table.runs, table.coarser], ignore_index=True))["refined_kinds"]
     found = _wide_ratios(kinds, "kind", "speeds")
     of_runup = kinds[kinds.quantity == "run-up"]
     found["covered"] = of_runup.covered.to_numpy()
-    summary = grids.grid_tables(rows("grids", "grids_settled"))["grids_summary"].set_index("quantity")
+    summary = grids.grid_tables(rows("grids"))["grids_summary"].set_index("quantity")
     three = {"key": "w/5 over w/10", "pairs": int(summary.points.max())}
     for quantity, r in summary.iterrows():
         short = quantity.replace("run-up", "runup").replace(" ", "_")
