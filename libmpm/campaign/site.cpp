@@ -44,7 +44,7 @@ const config::SchemaOf<Site>& site_schema() {
     s.table("mast", "The mast: rigid, upright, with separable Coulomb contact", &Site::mast);
     s.table("arm", "Cross-arm of the mast: a beam across the flow, as in a case file, heights above the ground; left out: none",
             &Site::arm);
-    s.table("mode", "Modes of vibration of the mast in the direction of the flow, any number", &Site::modes);
+    s.table("mode", "Modes of vibration of the mast in the direction of the flow, any number; the ten lowest count", &Site::modes);
     s.table("range", "Uncertainty of the avalanche: the page scales the loads to the ends, without runs", &Site::range);
     s.table("scenario",
             "Up to three other avalanches at the same mast, as of other return periods: the page scales the loads, without runs",
