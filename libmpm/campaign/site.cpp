@@ -134,11 +134,11 @@ void resolve(Site& site, ParameterReport& report) {
   if (site.mast.shape == SiteMast::Shape::box && !site.mast.depth) site.mast.depth = site.mast.width;
   check_mast_in("flow.depth_m", site.flow.depth, "the flow", site, report);
   check_arm(site, report);
-  for (std::size_t i = 1; i < site.modes.size(); ++i) {
-    const auto twin = std::ranges::find(site.modes.begin(), site.modes.begin() + static_cast<std::ptrdiff_t>(i), site.modes[i].frequency,
-                                        &SiteMode::frequency);
-    if (twin != site.modes.begin() + static_cast<std::ptrdiff_t>(i))
-      report.problem(fmt::format("mode[{}].frequency_hz", i), fmt::format("= {} Hz is given twice; give each mode once", twin->frequency));
+  std::set<double> frequencies;
+  for (std::size_t i = 0; i < site.modes.size(); ++i) {
+    const double frequency = site.modes[i].frequency;
+    if (!frequencies.insert(frequency).second)
+      report.problem(fmt::format("mode[{}].frequency_hz", i), fmt::format("= {} Hz is given twice; give each mode once", frequency));
   }
   if (site.plan.finest_cells == 5 && site.plan.grids == 3)
     report.problem("plan.grids", "= 3 with finest_cells = 5: below it there is only the grid of 3 cells; give 2, or a larger finest_cells");

@@ -72,7 +72,8 @@ def quantities_of(plan):
     vibrating = [quantity for name, unit in (("force", "n"), ("moment", "n_m")) for quantity in _of_each(
         {"": "first impact included", "_steady": "while steady"}, f"{name}_with_vibration{{}}_{unit}", f"{name} at the foundation with the vibration",
         "kN" if name == "force" else "kN m")]
-    for mode in (mode for mode in plan["modes"] if mode in all_modes(plan)):
+    counted = all_modes(plan)
+    for mode in (mode for mode in plan["modes"] if mode in counted):
         name, text = f"mode_{mode['frequency_hz']:g}_hz", f"mode at {mode['frequency_hz']:g} Hz: "
         vibrating += [Quantity(f"{name}_shape_at_load", text + "shape at the load, 1 at the top", "", 1.0),
                       Quantity(f"{name}_amplification", text + "amplification of its own part, vertical front (upper bound)", "", 1.0)]
