@@ -1,4 +1,4 @@
-"""The figures of the design page, which has their captions; each returns a Picture, or None where there is nothing to draw."""
+"""The figures of the design page; each returns a Picture with its caption, or None where there is nothing to draw."""
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -57,7 +57,8 @@ def side_view(ensemble, loads):
     axes.set_aspect("equal")
     figure.colorbar(points, ax=axes, label="stress along the flow (kPa)", extend="both", shrink=0.85)
     axes.legend(fontsize=9, loc="upper right", framealpha=0.85, edgecolor="none")
-    return Picture("Side view", "", png_data(figure))
+    return Picture("Side view", f"Particles with |y| below {section_half_width(run):.2g} m on the finest grid ({run.cell_size:.3g} m), at the end of the run. "
+                   "Pressure is negative.", png_data(figure))
 
 
 def view_3d(ensemble, loads):
@@ -75,7 +76,8 @@ def view_3d(ensemble, loads):
     axes.axis("off")
     axes.set_title(f"The snow at the mast at t = {final.time:.1f} s, snow {ensemble.label(ensemble.middle)}", fontsize=10.5, loc="left")
     figure.colorbar(colours, ax=axes, label="speed (m/s)", shrink=0.7)
-    return Picture("View in three dimensions", "", png_data(figure))
+    return Picture("View in three dimensions", "Surface of the snow, seen from upstream; loose snow and single lumps are left out. " + (
+        "Half of it was computed, and is mirrored here." if run.mirrored_y else ""), png_data(figure))
 
 
 def pressure_over_height(ensemble, all_loads):
@@ -98,7 +100,10 @@ def pressure_over_height(ensemble, all_loads):
     mark_heights(axes, ensemble.plan, all_loads[ensemble.middle].values)
     axes.set_xlim(left=min(0.0, axes.get_xlim()[0]))
     axes.set_ylim(0.0, z[-1])
-    return picture(axes, "Pressure over height", "pressure (kPa)", "height z (m)", fontsize=10)
+    return picture(axes, "Pressure over height", "pressure (kPa)", "height z (m)",
+                   "Force per height that the mast took, over its width: impulses on all its sides, exact sums over the time steps. Bands: all "
+                   "snows. 'Highest' is at each height the highest moving mean over 0.1 s, not at one time: an envelope. The dashed profile is "
+                   "the paper's definition, the stress of the snow in a box before the mast.", fontsize=10)
 
 
 def line_load(results, plan):
@@ -114,7 +119,9 @@ def line_load(results, plan):
                         linestyle="--" if name == "with_vibration" else "-", label=LINE_LOADS[name])
     axes.axvline(0.0, color=GREY, linewidth=0.8)
     axes.set_ylim(0.0, plan["mast"]["height_m"] if "with_vibration" in loads and plan["mast"]["height_m"] else None)
-    return picture(axes, "Line load on the mast", "load (kN/m)", "height z (m)", fontsize=10)
+    arm = ", with those of the arm (arm_load.csv)," if "arm" in plan else ""
+    return picture(axes, "Line load on the mast", "load (kN/m)", "height z (m)",
+                   f"Static loads whose integral and moment about the ground{arm} are the upper values of the page (line_load.csv).", fontsize=10)
 
 
 def tornado(rows):
@@ -128,7 +135,8 @@ def tornado(rows):
         axes.barh(place, 100.0 * low, color=COLOURS[0], height=0.6)
     axes.axvline(0.0, color=GREY, linewidth=1.0)
     axes.set_yticks(at, [what for what, *_ in rows], fontsize=10)
-    return picture(axes, "What decides: effect on the design moment", "change of the design moment (%)", "", legend=False)
+    return picture(axes, "What decides: effect on the design moment", "change of the design moment (%)", "",
+                   "Each alone, from the lower to the upper end of its range; the headline is at 0.", legend=False)
 
 
 def over_time(ensemble, all_loads, quantity):
@@ -144,8 +152,11 @@ def over_time(ensemble, all_loads, quantity):
     axes.axvline(2.0 * middle.run.velocity / middle.run.gravity, color=GREY, linestyle=":", linewidth=1.2, label="2v/g: the splash is back")
     axes.set_xlim(0.0, middle.time[-1])
     axes.set_ylim(min(0.0, 1.1e-3 * min(map(np.min, smooth))), None)
-    title, label = {"force": ("Force downstream", "force (kN)"), "moment": ("Overturning moment", "moment (kN m)")}[quantity]
-    return picture(axes, f"{title} over time", TIME, label, fontsize=10)
+    title, label, caption = {
+        "force": ("Force downstream", "force (kN)", "Finest grid. Grey area: steady interval, over which means are taken."),
+        "moment": ("Overturning moment", "moment (kN m)",
+                   f"About the mast's own axis (x = {middle.axis:.3g} m) at the ground, positive downstream.")}[quantity]
+    return picture(axes, f"{title} over time", TIME, label, caption, fontsize=10)
 
 
 def runup_over_time(ensemble, all_loads):
@@ -159,7 +170,9 @@ def runup_over_time(ensemble, all_loads):
     axes.axhline(ensemble.bound, color=GREY, linestyle=":", label=f"Bernoulli's bound: {ensemble.bound:.3g} m")
     axes.set_xlim(0.0, all_loads[0].time[-1])
     axes.set_ylim(0.0, 1.5 * max(ensemble.bound, *(np.nanmax(loads.highest) for loads in all_loads)))  # room for the legend
-    return picture(axes, "Run-up and pressure height over time", TIME, "height (m)", fontsize=10)
+    return picture(axes, "Run-up and pressure height over time", TIME, "height (m)",
+                   "Run-up: 99 % of the mass in a strip before the mast lies below it. The first splash can pass the bound, which holds for steady flow.",
+                   fontsize=10)
 
 
 def damping_of_spectrum(plan):
@@ -185,7 +198,10 @@ def shock_spectrum(ensemble, all_loads, spectrum):
     axes.set_xticks([0.2, 0.5, 1, 2, 5, 10, 20], ["0.2", "0.5", "1", "2", "5", "10", "20"])
     axes.minorticks_off()
     axes.set_ylim(0.0, None)
-    return picture(axes, "Shock response spectrum", "eigenfrequency of the mast (Hz)", "equivalent static force (kN)", fontsize=10)
+    return picture(axes, "Shock response spectrum", "eigenfrequency of the mast (Hz)", "equivalent static force (kN)",
+                   "Largest response of an oscillator on which the whole force acts (not that of this mast, whose modes feel only their share), damping "
+                   f"{100 * damping_of_spectrum(ensemble.plan):.3g} % of critical. Dotted: steady mean force. Dashed: the modes of the site file. The force "
+                   f"is known in rows of {1e3 * all_loads[0].interval:.3g} ms: above 10 Hz the first contact is not resolved.", fontsize=10)
 
 
 def grid_convergence(ensemble, table):
@@ -208,4 +224,4 @@ def grid_convergence(ensemble, table):
     panels[-1].set_xlabel("cell size (m)")
     if panels[0].lines:  # without a steady run there are none
         panels[0].legend(fontsize=10)
-    return Picture("Grids", "", png_data(figure))
+    return Picture("Grids", "Mean run-up, pressure height and force. Bars: grid uncertainty of the value on the finest grid.", png_data(figure))

@@ -69,7 +69,7 @@ def make_page(folder):
         style=markupsafe.Markup(STYLE), plan=plan, ensemble=ensemble, results=results, middle=middle, today=datetime.date.today(),
         input=input_of(ensemble), cover=cover_text(ensemble), design=design, advice=advice, accuracy=accuracy(results), longer=longer(plan),
         oblique=is_oblique(plan), all_modes=all_modes(plan), pictures=pictures, tornado=figures.tornado(sensitivity), sensitivity=sensitivity,
-        files=files, comparison=comparison, figures=figures, tables=page_tables, scaling=scaling, uncertainty=uncertainty, what_decides=what_decides)
+        files=files, comparison=comparison, tables=page_tables, scaling=scaling, uncertainty=uncertainty, what_decides=what_decides)
     path = os.path.join(folder, "design.html")
     write_text(path, page)
     lines = [f"{what}: {value} ({why})" for what, value, why in design]
