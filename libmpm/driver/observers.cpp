@@ -134,8 +134,12 @@ SnowTraits snow_traits(const MaterialParameters& snow) {
 }
 
 GridResolution grid_resolution(const Case& c) {
-  GridResolution r{
-      .contact = c.numerics.contact, .transfer = c.numerics.transfer, .front = c.obstacle->front(), .snow = snow_traits(c.material)};
+  constexpr double least_friction = 0.05;  // studied: none at all, and from 0.095 on
+  GridResolution r{.contact = c.numerics.contact,
+                   .transfer = c.numerics.transfer,
+                   .front = c.obstacle->front(),
+                   .snow = snow_traits(c.material),
+                   .smooth = c.obstacle->friction < least_friction};
   const double width = c.obstacle->width(), dx = c.numerics.cell_size;
   r.cells = std::min(width, c.conveyor->flow_height) / dx;
   r.width_excess = nodal_width_ratio(width / dx) - 1.0;

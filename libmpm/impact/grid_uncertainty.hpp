@@ -23,17 +23,20 @@ struct GridResolution {
   Transfer transfer = Transfer::apic;        ///< velocities between grid and particles
   Front front = Front::plane;                ///< how the obstacle meets the flow
   SnowTraits snow;                           ///< what meets it
+  bool smooth = false;                       ///< the obstacle has less friction than any that was studied, but for none at all
   double cells = 0.0;                        ///< in the smaller of the obstacle's width and the flow height
   double width_excess = 0.0;  ///< relative increase of the width by nodal contact: rows of nodes on the obstacle, times dx over w, minus 1
 };
 
 /// Relative to the value of the run: the value of an infinitely fine grid is expected within this to either side. Contains the distance to
-/// the limit and the uncertainty of the limit. NaN: not known (less than three cells; a shape that resembles none that was studied).
+/// the limit and the uncertainty of the limit. NaN: not known (less than three cells; a shape that resembles none that was studied; the
+/// highest particle on a smooth obstacle).
 struct GridUncertainty {
-  double runup;            ///< of the run-up
-  double pressure_height;  ///< of the pressure height
-  double force;            ///< of the mean force
-  double moment;           ///< of the overturning moment
+  double runup = 0.0;             ///< of the height that holds 99 % of the mass before the obstacle
+  double highest_particle = 0.0;  ///< of the run-up of the highest particle; unknown on a smooth obstacle, where it belongs to a splash
+  double pressure_height = 0.0;   ///< of the pressure height
+  double force = 0.0;             ///< of the mean force
+  double moment = 0.0;            ///< of the overturning moment
 };
 
 /// Linear in the cell size between the grids that were studied; beyond the finest, the distance to the limit is taken to fall with the cell

@@ -54,9 +54,9 @@ class NumericalUncertainty : public Observer {
     };
     const double moment = end.mean(overturning_moment(end.series["moment_y_n_m"], end.series["force_z_n"], axis_)).mean;
     return {{"runup_p99_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_p99_m").mean), "m",
-             meaning("run-up of 99 % of the mass, relatively that of the highest particle"), Nature::uncertainty},
-            {"runup_numerical_uncertainty_m", of(relative_.runup, end.mean("runup_m").mean), "m", meaning("run-up of the highest particle"),
-             Nature::uncertainty},
+             meaning("run-up of 99 % of the mass"), Nature::uncertainty},
+            {"runup_numerical_uncertainty_m", of(relative_.highest_particle, end.mean("runup_m").mean), "m",
+             meaning("run-up of the highest particle"), Nature::uncertainty},
             {"pressure_height_numerical_uncertainty_m", of(relative_.pressure_height, end.mean("pressure_height_m").mean), "m",
              meaning("pressure height"), Nature::uncertainty},
             {"force_x_numerical_uncertainty_n", of(relative_.force, end.mean("force_x_n").mean), "N", meaning("stream-wise force"),

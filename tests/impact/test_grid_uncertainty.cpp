@@ -15,23 +15,23 @@ GridResolution nodal(double cells) { return {.cells = cells, .width_excess = nod
 GridResolution surface(double cells) { return {.contact = ContactRule::surface, .transfer = Transfer::aflip, .cells = cells}; }
 
 TEST(KnownGridUncertainty, CoversTheLimitOnTheGridsThatWereStudied) {
-  // validation/cases/avalanche_convergence: force in kN, limit 124; run-up over H (of the contact before), limit 4.7
+  // validation/cases/avalanche_convergence: force in kN, limit 124; run-up over H, limit 4.38 (nodal: of the highest particle, 4.7)
   for (const auto& [r, force, runup] : {std::tuple{nodal(3), 199.1, 3.18},
                                         {nodal(5), 160.5, 3.92},
                                         {nodal(7), 148.5, 4.18},
                                         {nodal(4), 208.4, 3.84},
                                         {nodal(12), 148.6, 4.40},
                                         {surface(3), 129.0, 3.98},
-                                        {surface(4), 127.7, 4.27},
-                                        {surface(5), 127.6, 4.35},
-                                        {surface(6), 125.2, 4.40},
-                                        {surface(7), 125.9, 4.61},
-                                        {surface(8), 124.9, 4.69},
-                                        {surface(9), 125.5, 4.70},
-                                        {surface(12), 124.5, 4.62}}) {
+                                        {surface(4), 127.7, 4.05},
+                                        {surface(5), 127.6, 4.20},
+                                        {surface(6), 125.2, 4.31},
+                                        {surface(7), 125.9, 4.40},
+                                        {surface(8), 124.9, 4.41},
+                                        {surface(9), 125.5, 4.39},
+                                        {surface(12), 124.5, 4.36}}) {
     const GridUncertainty u = grid_uncertainty(r);
     EXPECT_GE(u.force * force, std::abs(force - 124.0)) << r.cells;
-    EXPECT_GE(u.runup * runup, std::abs(runup - 4.7)) << r.cells;
+    EXPECT_GE(u.runup * runup, std::abs(runup - (r.contact == ContactRule::surface ? 4.38 : 4.7))) << r.cells;
     EXPECT_LE(u.force * force, std::abs(force - 124.0) + 0.07 * force)
         << "and not much more (3 % of the limit; the force scatters by up to 3 % about it), at " << r.cells;
   }
@@ -112,6 +112,16 @@ TEST(KnownGridUncertainty, IsLargerForTheForceOnARoundMast) {
   round.front = Front::round;
   EXPECT_GT(grid_uncertainty(round).force, grid_uncertainty(surface(8)).force);
   EXPECT_EQ(grid_uncertainty(round).runup, grid_uncertainty(surface(8)).runup);
+}
+
+TEST(KnownGridUncertainty, OfTheHighestParticleIsUnknownOnASmoothMast) {
+  GridResolution smooth = surface(7);
+  smooth.smooth = true;
+  EXPECT_TRUE(std::isnan(grid_uncertainty(smooth).highest_particle)) << "8.3 H at w/12, and rising";
+  EXPECT_EQ(grid_uncertainty(smooth).runup, grid_uncertainty(surface(7)).runup);
+  EXPECT_EQ(grid_uncertainty(surface(7)).highest_particle, grid_uncertainty(surface(7)).runup);
+  smooth.snow.fluid = true;
+  EXPECT_FALSE(std::isnan(grid_uncertainty(smooth).highest_particle)) << "a fountain, which was studied on smooth masts";
 }
 
 TEST(KnownGridUncertainty, IsUnknownForAShapeLikeNoneThatWasStudied) {
