@@ -221,7 +221,7 @@ using Family = std::vector<int>;  ///< n of the grids w/n
 /// Bounds on known misses of a family at level standard, relative: what was measured (README.md) and about a tenth more. None: the aim is
 /// met.
 struct KnownMisses {
-  std::optional<double> force_uncertainty, runup_uncertainty, runup_range;
+  std::optional<double> force_uncertainty, runup_uncertainty;
 };
 
 /// The uncertainties that the finest grids state.
@@ -241,15 +241,14 @@ void check_uncertainty(CaseResult& result, const std::vector<MetricConvergence>&
 }
 
 /// How far the three finest grids are from one another. In contrast to the uncertainty, no fit and no coarser grid takes part.
-void check_range(CaseResult& result, const std::vector<MetricConvergence>& family, const KnownMisses& known) {
+void check_range(CaseResult& result, const std::vector<MetricConvergence>& family) {
   for (const QuantityIndex i : asserted) {
     const std::vector<Metric>& all = family[i].metric;
     const auto [low, high] =
         std::minmax_element(all.end() - 3, all.end(), [](const Metric& a, const Metric& b) { return a.value < b.value; });
-    Check& check = result.check_at_most(Label::verification, family[i].name + ": range of the three finest grids over the finest",
-                                        (high->value - low->value) / std::abs(all.back().value), aim_of(i), "", 0.0,
-                                        "aim: 3 % for the force, 4 % for heights");
-    if (i == runup && known.runup_range) check.known_miss(*known.runup_range, "the jet is thin: up to w/7 it rises with each finer grid");
+    result.check_at_most(Label::verification, family[i].name + ": range of the three finest grids over the finest",
+                         (high->value - low->value) / std::abs(all.back().value), aim_of(i), "", 0.0,
+                         "aim: 3 % for the force, 4 % for heights");
   }
 }
 
@@ -262,22 +261,22 @@ void check_against_fine_grid(CaseResult& result, const std::vector<MetricConverg
                           unit, aim_of(i) + noise(i, {fine, 0.0}, metric) / metric.value,
                           "aim from w/5 on: 3 % for the force, 4 % for heights; and two standard errors");
   };
-  check(force_x, "force on the mast", 126.1e3);
-  check(pressure_height, "pressure height", 3.11);
+  check(force_x, "force on the mast", 124.7e3);
+  check(pressure_height, "pressure height", 3.107);
 }
 
 /// The avalanche of case.toml on two families of grids. @param grids  those of the families: odd and even w/dx
 void study_grids(CaseResult& result, Runs& runs, const std::array<Family, 2>& grids, int pictured) {
   const std::array<std::string, 2> id = {"odd w/dx", "even w/dx"};
-  const std::array<KnownMisses, 2> known = {KnownMisses{.force_uncertainty = 0.055, .runup_uncertainty = 0.145, .runup_range = 0.048},
-                                            KnownMisses{.force_uncertainty = {}, .runup_uncertainty = 0.082, .runup_range = {}}};
+  const std::array<KnownMisses, 2> known = {KnownMisses{.force_uncertainty = 0.044, .runup_uncertainty = 0.118},
+                                            KnownMisses{.force_uncertainty = {}, .runup_uncertainty = 0.046}};
   std::vector<std::vector<MetricConvergence>> families;
   for (const std::size_t f : {0, 1}) {
     const std::vector<MetricConvergence>& family = families.emplace_back(grid_family(result, runs, id[f], grids[f], pictured));
     check_coarser_grids(result, runs, family, id[f]);
     check_profile(result, runs, family, id[f]);
     check_uncertainty(result, family, known[f]);
-    check_range(result, family, known[f]);
+    check_range(result, family);
     for (const QuantityIndex i : asserted) check_prediction(result, i, family[i]);
   }
   for (const QuantityIndex i : asserted) {
@@ -338,9 +337,9 @@ void vary(const CaseContext& context, CaseResult& result, Runs& runs, int n) {
     shift("z_half", "upwards", {0.0, 0.0, 0.5});
   }
   std::vector<std::pair<double, std::vector<Metric>>> cfl, particles;
-  for (const double value : context.choose<std::vector<double>>({1.0}, {1.0, 0.2}, {1.0, 0.2, 0.1})) {
+  for (const double value : context.choose<std::vector<double>>({0.4}, {0.4, 0.2}, {0.4, 0.2, 0.1})) {
     cfl.emplace_back(value, changed(fmt::format("cfl{:g}", value), [&](Case& c) { c.numerics.cfl = value; }));
-    variants.push_back({fmt::format("CFL {:g} in place of 0.4", value), cfl.back().second});
+    variants.push_back({fmt::format("CFL {:g} in place of {:g}", value, base.numerics.cfl), cfl.back().second});
   }
   for (const int value : context.choose(std::vector<int>{}, {1}, {1, 27, 64})) {
     particles.emplace_back(value, changed(fmt::format("ppc{}", value), [&](Case& c) { c.numerics.particles_per_cell = value; }));
