@@ -121,11 +121,13 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
       for (std::size_t i = 0; i < blocks.size(); ++i) {
         Block& block = grid.block(blocks[i]);
         if (block.outer != outer) continue;
+        const std::int32_t after = moved_next(blocks, i);
+        const std::int32_t next = after != no_block && grid.block(after).outer == outer ? after : no_block;  // no block that has moved
         try {
           const double start = measured ? thread_seconds() : 0.0;
           const int particles = block.particles.count();
           timed(&StepTimes::grid_to_particle, [&] {
-            motion[i] = grid_to_particle(grid, blocks[i], options, moved_next(blocks, i));  // v_p, C_p, x_p
+            motion[i] = grid_to_particle(grid, blocks[i], options, next);  // v_p, C_p, x_p
             taken[i] = return_to_surface(grid, blocks[i], scene.boundaries, state.time + options.dt, options.density);
           });
           timed(&StepTimes::stress, [&] { motion[i].finite = update_stress(grid, blocks[i], scene.material, options.dt); });  // tau_p
@@ -163,10 +165,10 @@ FluxTotals move_particles(State& state, const Scene& scene, const TransferOption
   state.max_speed = std::sqrt(ranks.largest_or_throw(max_speed_squared, error));
   for (const auto& of_block : taken) {
     for (const ParticleImpulse& t : of_block) {
-      if (acts_on_nodes(scene.boundaries[t.boundary]))
-        impulses.add_impulse(t.boundary, t.impulse);
-      else
+      if (std::holds_alternative<SurfaceSolid>(scene.boundaries[t.boundary]))
         impulses.add_to_contact(t.boundary, t.layer, t.impulse);
+      else
+        impulses.add_impulse(t.boundary, t.impulse);
     }
   }
   return sum_of(left, ranks);
