@@ -57,7 +57,8 @@ void apply_folded_face(Grid& grid, const SurfaceSolid& solid, const Wall& face, 
     if (block == no_block) continue;
     const int number = number_of_node(at);
     NodeColumn<column_nodes> column{{}, plan.c};
-    if (!collect_column(grid, block, number, plan, Vec3::Zero(), column)) continue;
+    // without material at the master nothing lies on the face: what is behind it is beside the solid
+    if (!collect_column(grid, block, number, plan, Vec3::Zero(), column) || column.node[0].mass <= 0.0) continue;
     double bound = unbounded;
     if (const EdgeBound& edge = columns[i].edge; edge.neighbour >= 0) {
       double along = 0.0;  // square of the largest velocity along the face: the flow is fastest at the surface, next to the edge

@@ -346,6 +346,24 @@ double column_impulse(Grid& before, Grid& after, const std::array<int, 2>& at) {
   return sum;
 }
 
+/// Snow beside a solid, whose B-splines reach nodes under its top: without any on the master of a column nothing lies on the face.
+TEST_P(SurfaceContact, ItsTopLeavesAloneWhatIsBesideIt) {
+  for (const double top : {dx, 1.3 * dx, 3.8 * dx}) {
+    const SurfaceSolid solid = solid_of(outline, 0.4, top);
+    const auto below = [&](const Index3& at) { return dx * at[2] > top + 0.4 * dx ? Node{} : random_node(at, 34); };
+    Grid before = filled(outline, below), after = filled(outline, below);
+    ContactImpulse recorded;
+    apply_folded_faces(after, solid, {}, 300.0, 1e-3, recorded);
+    int under = 0;
+    for_each_node(after, [&](Node& n, const Index3& at) {
+      EXPECT_EQ(velocity_of(n), velocity_of(*find_node(before, at))) << at[0] << ' ' << at[1] << ' ' << at[2];
+      under += n[3] > 0.0 && outline.distance(dx * Vec2(at[0], at[1])) < 0.0 && dx * at[2] > top - 1.5 * dx;
+    });
+    EXPECT_GT(under, 0);
+    EXPECT_EQ(recorded.total().linear, Vec3::Zero());
+  }
+}
+
 /// The columns of nodes inside the outline obey the top as they would a separable wall, those at an edge a part of the way, others not.
 TEST_P(SurfaceContact, FoldsTheColumnsOnItsTop) {
   for (const double top : {dx, 1.3 * dx, 3.8 * dx}) {
