@@ -58,11 +58,6 @@ struct TablesOf<std::tuple<T...>> : T... {
 /// The tables of a case that make boundaries, as its members.
 struct BoundaryTables : detail::TablesOf<Boundary> {};
 
-/// Whether it can act on each node by itself; a wall or the ground may be folded nevertheless.
-inline bool acts_on_nodes(const Boundary& boundary) {
-  return std::visit([]<class B>(const B&) { return HasConstrain<B>; }, boundary);
-}
-
 /// The geometry of a solid; null for another boundary.
 inline const UprightSolid* geometry_of(const Boundary& boundary) {
   if (const auto* nodal = std::get_if<NodalSolid>(&boundary)) return &nodal->solid;

@@ -118,12 +118,13 @@ class BoundaryActions {
   /// Lets boundaries first, first + 1, ... to the last act, in turn.
   void act_from(std::size_t first) {
     while (first < conditions_.boundaries.size()) {
-      act(first);
-      const std::size_t next = first + 1;
-      first = end_of_nodal(next);
-      if (first == next) continue;
+      const std::size_t joint = end_of_nodal(first);
+      if (joint > first) {
 #pragma omp parallel for schedule(static, 8)
-      for (std::size_t i = 0; i < blocks_.size(); ++i) act_on_block(i, next, first);
+        for (std::size_t i = 0; i < blocks_.size(); ++i) act_on_block(i, first, joint);
+      }
+      if (joint < conditions_.boundaries.size()) act(joint);
+      first = joint + 1;
     }
   }
 
@@ -149,7 +150,7 @@ class BoundaryActions {
     const Boundary& boundary = conditions_.boundaries[b];
     if (const auto* const terrain = std::get_if<Terrain>(&boundary)) return terrain->rule == ContactRule::nodal;
     const auto* const wall = std::get_if<Wall>(&boundary);
-    return acts_on_nodes(boundary) &&
+    return !std::holds_alternative<SurfaceSolid>(boundary) &&
            (wall == nullptr || !folds(*wall, conditions_.boundaries, conditions_.mirror, grid_.cell_size(), time_));
   }
   /// Index of a boundary among those whose impulses are recorded by layer; past the end for the others.
@@ -174,18 +175,19 @@ ImpulseRecord update_grid(Grid& grid, const GridConditions& conditions, double d
   const Node gravity = {dt * conditions.gravity.x(), dt * conditions.gravity.y(), dt * conditions.gravity.z(), 0.0};
   std::vector<double> mass(blocks.size());
   BoundaryActions boundaries(grid, conditions, dt, time, blocks);
-  const std::size_t next = boundaries.end_of_nodal(0);
+  const bool corrected = grid.keeps_forces_apart() && need_lumped_mass_correction(conditions.boundaries);
+  const std::size_t next = corrected ? 0 : boundaries.end_of_nodal(0);  // the first that acts after all velocities are known
 #pragma omp parallel for schedule(static, 8)
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     NodeBlock* const internal = grid.keeps_forces_apart() ? &grid.force_impulses(blocks[i]) : nullptr;
     mass[i] = velocities_of(grid.momenta(blocks[i]), internal, grid.block(blocks[i]).coordinate, conditions.mirror, gravity);
     boundaries.act_on_block(i, 0, next);
   }
-  if (grid.keeps_forces_apart()) {
-    // Around a solid all boundaries from `next` on, the solid included, act twice: on trial, because the accelerations to be corrected are
-    // those with contact, and then on the corrected velocities. The impulses of the trial are not recorded. Those before act once, above.
+  if (corrected) {
+    // Around a solid all boundaries act twice: on trial, because the accelerations to be corrected are those with contact, and then on the
+    // corrected velocities. The impulses of the trial are not recorded.
     correct_lumped_mass(grid, conditions.boundaries, conditions.density, conditions.relaxed, conditions.mirror,
-                        [&](std::span<const std::int32_t> near) { BoundaryActions(grid, conditions, dt, time, near).act_from(next); });
+                        [&](std::span<const std::int32_t> near) { BoundaryActions(grid, conditions, dt, time, near).act_from(0); });
   }
   boundaries.act_from(next);
   reflect_velocities(grid, conditions.mirror, blocks);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libmpm/boundary/shapes/any_shape.hpp"
+#include "libmpm/core/grid_update.hpp"
 #include "libmpm/core/transfer.hpp"
 #include "support/node_field.hpp"
 
@@ -135,6 +136,34 @@ TEST(LumpedMass, ShareFallsToZeroAwayFromTheSide) {
       const auto block = [](double cells) { return static_cast<std::int32_t>(std::floor((cells - 0.5 - first_node(0)) / block_edge)); };
       EXPECT_TRUE(c.weight(at) == 0.0 || c.reaches(block(x), block(y))) << x << " " << y;
     }
+  }
+}
+
+/// A wall holds the nodes behind it whatever its place in the list: it acts on the corrected velocities, too.
+TEST(LumpedMass, AnObliqueWallActsAfterTheCorrection) {
+  const SurfaceSolid solid = cylinder(1.0);
+  const Vec3 normal = Vec3(1.0, 1.0, 0.0).normalized();
+  const Wall wall{.point = -(1.0 + 3.5 * dx) * normal, .normal = normal, .contact = Contact::separable};
+  for (const std::vector<Boundary>& boundaries : {std::vector<Boundary>{wall, solid}, std::vector<Boundary>{solid, wall}}) {
+    Grid grid = around(1.0);
+    for_each_node(grid, [&](Node& n, const Index3& at) {
+      const Vec3 momentum = n[3] * velocity_of(random_node(at, 5));
+      n = Node{momentum.x(), momentum.y(), momentum.z(), n[3]};
+    });
+    for (const auto b : grid.own_blocks()) {
+      for (int n = 0; n < block_nodes; ++n) {
+        const Vec3 impulse = grid.momenta(b).node[n][3] * velocity_of(random_node(node_index(grid.block(b).coordinate, n), 6));
+        grid.force_impulses(b).node[n] = Node{impulse.x(), impulse.y(), impulse.z(), 0.0};
+      }
+    }
+    update_grid(grid, {.boundaries = boundaries, .layered = {}, .density = density, .relaxed = 0.3}, 1e-3, 0.0);
+    int behind = 0;
+    for_each_node(grid, [&](Node& n, const Index3& at) {
+      if (n[3] <= 0.0 || !wall.covers(dx * Vec3(at[0], at[1], at[2]), 0.0)) return;
+      EXPECT_GE(velocity_of(n).dot(normal), -1e-12) << at[0] << ' ' << at[1] << ' ' << at[2];
+      ++behind;
+    });
+    EXPECT_GT(behind, 20);
   }
 }
 
