@@ -94,13 +94,14 @@ struct ObstacleSpec {
 struct ArmSpec {
   double length = 5.25;   ///< m, across the flow, from end to end
   double depth = 0.875;   ///< m, along the flow
-  double base = 1.75;     ///< m, of the underside
+  double base = 1.75;     ///< m, of the underside; 0: it stands on the ground
   double height = 2.625;  ///< m, of the top
   bool operator==(const ArmSpec&) const = default;
 
   /// Its geometry, on this obstacle; the part inside the obstacle is never reached by snow.
   [[nodiscard]] UprightSolid solid(const ObstacleSpec& obstacle) const {
-    UprightSolid solid{BoxShape{.width = length, .depth = depth}.outline(), base, height};
+    UprightSolid solid{.outline = BoxShape{.width = length, .depth = depth}.outline(), .top = height};
+    if (base > 0.0) solid.base = base;
     solid.translate({front_x(obstacle), 0.0, 0.0});
     return solid;
   }
@@ -116,7 +117,7 @@ struct ArmSpec {
         .positive(1e4)
         .required()
         .text("Depth along the flow; its middle is on the obstacle's axis");
-    table.add("base_m", &ArmSpec::base).unit("m").range(0.0, 1e5).required().text("Height of its underside");
+    table.add("base_m", &ArmSpec::base).unit("m").range(0.0, 1e5).required().text("Height of its underside; 0: it stands on the ground");
     table.add("height_m", &ArmSpec::height).unit("m").positive(1e5).required().text("Height of its top");
   }
   /// The obstacle that carries it. @param carrier  what the file calls that, for messages @param report  of this component

@@ -44,7 +44,8 @@ bool Outline::symmetric() const {
 }
 
 bool Outline::along_axes() const {
-  return !circle_ && std::ranges::all_of(sides_, [](const Side& side) { return side.normal.x() == 0.0 || side.normal.y() == 0.0; });
+  constexpr double rounding = 1e-9;  // of a box turned by 90 degrees
+  return !circle_ && std::ranges::all_of(sides_, [](const Side& side) { return side.normal.cwiseAbs().minCoeff() < rounding; });
 }
 
 double Outline::area() const {

@@ -55,6 +55,7 @@ TEST(VerticalSolids, AreBuiltFromTheCase) {
   const auto skin = [](const AnyShape& shape) { return std::get<NodalSolid>(boundary_of(obstacle(shape))).skin; };
   EXPECT_EQ(skin(BoxShape{}), 0.0) << "as the paper's";
   EXPECT_EQ(skin(BoxShape{.rotation = 0.1}), 0.5 * dx);
+  EXPECT_EQ(skin(BoxShape{.width = 1.0, .depth = 4.0, .rotation = 0.5 * std::numbers::pi}), 0.0) << "along the axes again";
   EXPECT_EQ(skin(WedgeShape{}), 0.5 * dx);
   EXPECT_EQ(skin(CylinderShape{}), 0.5 * dx);
 }
@@ -76,7 +77,7 @@ TEST(VerticalSolids, HoldTheNodesUpToHalfACellOutside) {
 
 TEST(VerticalSolids, FlushWithTheGridHoldTheNodesOfTheBox) {
   const auto box = boundary_of(obstacle(BoxShape{}));
-  auto quarter = obstacle(BoxShape{.rotation = 0.5 * std::numbers::pi + 1e-12});  // the same square with a skin
+  auto quarter = obstacle(BoxShape{.rotation = 0.5 * std::numbers::pi + 1e-8});  // the same square with a skin
   const auto prism = boundary_of(quarter);
   ASSERT_GT(std::get<NodalSolid>(prism).skin, 0.0);
   int held = 0;
