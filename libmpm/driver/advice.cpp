@@ -289,15 +289,24 @@ Finding height_of_the_domain(const Impact& i) {
                 fmt::format("give at least {} m, or leave out domain.max_m", at_least(bound))};
 }
 
-/// What begins above the ground: the columns of nodes on its top and on its underside share nodes where it is thinner than three cells
-/// (core/folded_wall.hpp), and a steady flow reaches no higher than Bernoulli's bound. @param table  that gives its base_m and height_m
+/// What begins above the ground: the columns of nodes on its underside share nodes with those on its top where it is thinner than three
+/// cells, and with those on the ground where there are less below it (core/folded_wall.hpp); a steady flow reaches no higher than
+/// Bernoulli's bound. @param table  that gives its base_m and height_m
 Finding above_the_ground(const Impact& i, const std::string& table, double base, double top) {
   constexpr double least = 3.0;
-  const double thickness = top - base, bound = i.bound();
-  if (thickness / i.dx() < least - 1e-6) {
-    return Advice{table + "_base", fmt::format("{0} cells between {1}.base_m and {1}.height_m", n(thickness / i.dx()), table),
+  const double thickness = top - base, narrower = std::min(thickness, base), bound = i.bound();
+  if (narrower / i.dx() < least - 1e-6) {
+    const bool gap = base < thickness;
+    const std::string cells = n(narrower / i.dx()),
+                      remedy = fmt::format("take numerics.cell_size_m = {} (three cells)", at_most(narrower / least));
+    if (gap)
+      return Advice{
+          table + "_base", fmt::format("{} cells between the ground and {}.base_m", cells, table),
+          "contact on the ground and on the underside acts on the same nodes, so that neither holds the snow between them exactly",
+          remedy + ", or let it stand on the ground: 0"};
+    return Advice{table + "_base", fmt::format("{0} cells between {1}.base_m and {1}.height_m", cells, table),
                   "contact on the top and on the underside acts on the same nodes, so that snow on one side feels that on the other",
-                  fmt::format("take numerics.cell_size_m = {} (three cells)", at_most(thickness / least))};
+                  remedy};
   }
   if (base < bound) return {};
   return Advice{table + "_base", fmt::format("{}.base_m = {} m is above Bernoulli's bound H + v^2/2g = {} m", table, n(base), n(bound)),
@@ -306,7 +315,9 @@ Finding above_the_ground(const Impact& i, const std::string& table, double base,
 Finding obstacle_base(const Impact& i) {
   return i.mast.base > 0.0 ? above_the_ground(i, "obstacle", i.mast.base, i.mast.solid().top) : Finding{};
 }
-Finding arm_base(const Impact& i) { return i.c.arm ? above_the_ground(i, "arm", i.c.arm->base, i.c.arm->height) : Finding{}; }
+Finding arm_base(const Impact& i) {
+  return i.c.arm && i.c.arm->base > 0.0 ? above_the_ground(i, "arm", i.c.arm->base, i.c.arm->height) : Finding{};
+}
 
 /// validation/cases/avalanche_convergence: a window of 4 w + 2 w and a belt of 6 w against 5 w + 3 w and 12 w changes run-up and force by
 /// at most 3 % (w = H).

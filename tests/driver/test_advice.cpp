@@ -166,6 +166,7 @@ TEST(AdviceAboutACase, WarnsOfAnObstacleAboveTheGroundThatIsThinOrOutOfReach) {
   EXPECT_EQ(of("obstacle_base", {"obstacle.height_m=1"}).rule, "");
   EXPECT_EQ(of("obstacle_base", {"obstacle.base_m=2", "obstacle.height_m=3"}).rule, "");
   EXPECT_THAT(of("obstacle_base", {"obstacle.base_m=2", "obstacle.height_m=2.5"}).what, HasSubstr("2 cells between"));
+  EXPECT_THAT(of("obstacle_base", {"obstacle.base_m=0.5", "obstacle.height_m=3"}).what, HasSubstr("2 cells between the ground"));
   EXPECT_THAT(of("obstacle_base", {"obstacle.base_m=9.7"}).what, HasSubstr("Bernoulli's bound"));
   EXPECT_EQ(of("mast_height", {"obstacle.base_m=1", "obstacle.height_m=3"}).rule, "") << "snow is meant to pass it";
   EXPECT_THAT(of("range_of_equations", {"obstacle.base_m=1"}).what, HasSubstr("above the ground"));
@@ -176,6 +177,7 @@ TEST(AdviceAboutACase, WarnsOfAnArmThatIsThinOrAboveTheRunUp) {
     return of("arm_base", {"arm.length_m=4", "arm.depth_m=1", "arm.base_m=" + base, "arm.height_m=" + height});
   };
   EXPECT_EQ(arm("2.125", "3.125").rule, "");
+  EXPECT_EQ(arm("0", "1").rule, "") << "it stands on the ground";
   EXPECT_THAT(arm("2", "2.5").what, HasSubstr("2 cells between arm.base_m and arm.height_m"));
   EXPECT_THAT(arm("9.625", "10.875").what, HasSubstr("arm.base_m = 9.62 m is above Bernoulli's bound"));
 }
