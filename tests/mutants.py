@@ -63,7 +63,7 @@ MUTATIONS = [
     Mutation("edge_bernoulli", "the pressure at an edge falls by a quarter of what Bernoulli's law gives", "libmpm/core/surface_contact.cpp",
              "solid_.friction(), 0.5 * density_ *", "solid_.friction(), 0.125 * density_ *", ("plate_in_jet",)),
     Mutation("end_layers", "the layers at top and underside take as much as others", "libmpm/core/surface_contact.cpp",
-             "if (depth < on_surface - 0.5 ||", "if (depth < 9.5 ||", ("plate_in_jet",)),
+             "if (depth < rounding - 0.5 ||", "if (depth < 9.5 ||", ("plate_in_jet",)),
     Mutation("edge_margin", "the points of an obstacle's sides reach to its edges", "libmpm/boundary/contact_stencil.hpp",
              "edge_margin = 0.2;", "edge_margin = 0.0;", ("punch", "plate_in_jet")),
     Mutation("margin_at_rest", "the margins of an obstacle's sides let material in that stands round the edge",

@@ -71,7 +71,8 @@ class Grid {
   [[nodiscard]] double cell_size() const { return cell_size_; }                  ///< dx, m
   [[nodiscard]] double inverse_cell_size() const { return inverse_cell_size_; }  ///< 1/m
 
-  /// Puts one particle into its block (created if needed). Serial. Call refresh() before the next transfer.
+  /// Puts one particle into its block (created if needed); one of another rank is left out. Serial. Call refresh() before the next
+  /// transfer.
   void insert(const Particle& p);
   /// Puts back a block as it was saved: same slots, same cells, same bits. Serial; call refresh() afterwards.
   void restore(const StoredBlock& stored);

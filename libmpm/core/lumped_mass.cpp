@@ -202,8 +202,8 @@ void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, doubl
   if (solids.empty()) return;
   const LumpedMassCorrection corrected(std::move(solids), grid.cell_size(), density, relaxed);
   const Columns columns = corrected.columns();  // with particles that may take part
-  // Particles touch their own column and the next. Columns of nodes along x or y reach into one more on both sides; those that begin in
-  // blocks where the boundaries act end at most one further.
+  // Particles of `columns` touch nodes up to one block further. A column of nodes along x or y that holds one of them has its master at
+  // most one block away: boundaries act in blocks -1 .. +2; its slaves are at most one block further: -2 .. +3 change.
   const auto acted = blocks_in(grid, extended(columns, 1, 2)), changed = blocks_in(grid, extended(columns, 2, 3));
   const std::size_t count = grid.index_end();
   const std::span scratch = grid.scratch(count + changed.size());

@@ -4,7 +4,7 @@
 ///
 /// A block has 4x4x4 nodes. Its coordinate counts blocks along each axis; a node's index counts nodes, its position is index times dx. In
 /// its block a node has the number x + 4 y + 16 z. A cell is a cube of positions with the same base node, x/dx from base + 1/2 to
-/// base + 3/2: it is centred on a node, and has the number of its base node.
+/// base + 3/2: it is centred on node base + 1, and has the number of node base.
 
 #include <Eigen/Geometry>
 #include <array>

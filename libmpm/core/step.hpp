@@ -14,15 +14,15 @@ namespace mpm {
 /// @param times  not null: the time that each phase took is added to it
 StepReport step(State& state, const Scene& scene, double dt, StepTimes* times = nullptr);
 
-/// Largest stable step: cfl dx / (c_P + |v|max), at most 0.92 dx / sqrt(3 K/rho_0), and with a viscosity eta at most
-/// cfl rho_0 dx^2 / (2 eta) and 0.23 rho_0 dx^2 / eta.
-/// The second and the last are for a particle without neighbours. A step changes its velocity gradient by dt V_0/m (4/dx^2) tau, because
+/// Largest stable step: the least of (1) cfl dx / (c_P + |v|max), (2) 0.92 dx / sqrt(3 K/rho_0), and with a viscosity eta (3)
+/// cfl rho_0 dx^2 / (2 eta) and (4) 0.23 rho_0 dx^2 / eta.
+/// (2) and (4) are for a particle without neighbours. A step changes its velocity gradient by dt V_0/m (4/dx^2) tau, because
 /// the sum of grad w_i (x_i - x_p) over the nodes is the identity, wherever the particle is. So its pressure oscillates with omega^2 =
 /// 12 K/(rho_0 dx^2), which is stable up to omega dt = 2, and viscosity damps its shear by 8 eta/(rho_0 dx^2), stable up to 2/dt. In slow
-/// flows the first limit is beyond it for CFL 1, and bits of cohesive snow burst. The correction of lumped masses (lumped_mass.hpp) doubles
-/// this response. So beside solids that need it the second is 0.65 of dx / sqrt(3 K/rho_0), but for laws that keep compaction: snow
-/// yields first; and the last is 0.115.
-/// The third is the limit of explicit diffusion: a mode of the grid with frequency omega and damping rate a is stable up to
+/// flows (1) is beyond it for CFL 1, and bits of cohesive snow burst. The correction of lumped masses (lumped_mass.hpp) doubles
+/// this response. So beside solids that need it (2) has 0.65, but for laws that keep compaction: snow yields first; and (4) has
+/// 0.115.
+/// (3) is the limit of explicit diffusion: a mode of the grid with frequency omega and damping rate a is stable up to
 /// omega^2 dt^2/4 + a dt/2 = 1. With a <= 4/3 (3/2) eta/(rho dx^2) (quadratic B-splines) that is about dt = rho dx^2/eta for a full
 /// cell.
 /// @param corrected  whether boundaries need the correction of lumped masses

@@ -11,7 +11,8 @@
 /// Where material is compressed, d = tr C_p < 0, the force also has the viscous pressure of von Neumann & Richtmyer (1950), quadratic in d:
 ///   tau_p - q I,   q = rho_0 dx^2 |d| min(c_2 |d|, shock_stability/dt)
 /// Without it nothing dissipates the energy that a shock must lose: the stress overshoots and rings behind it, and the overshoot compacts
-/// snow for good, to another state than that of the jump conditions, on any grid. In a smooth flow q falls with dx^2; a linear term would
+/// snow for good, to another state than that of the jump conditions, on any grid. It acts where the material bears no stress, too: before a
+/// shock in fresh snow, and in torn snow that closes up. In a smooth flow q falls with dx^2; a linear term would
 /// lower the order of waves. Strong smooth waves lose accuracy nevertheless (manufactured_solution: order 1 in place of 2), so that step()
 /// uses it only for laws that keep compaction: others forget an overshoot. The second bound keeps the step stable: a viscosity nu damps the
 /// roughest field that C sees, k <= 1.3/dx, without overshoot while nu k^2 dt <= 1/2.
@@ -50,7 +51,7 @@ void particle_to_grid(Grid& grid, const TransferOptions& options);
 struct BlockMotion {
   double max_speed_squared = 0.0;  ///< m^2/s^2
   bool finite = true;              ///< false: update_stress found a non-finite value (a non-finite velocity spreads to C and to the stress)
-  bool within_reach = true;        ///< false: a particle crossed more than a block in one step
+  bool within_reach = true;        ///< false: a particle left its block by more than a block in one step
 };
 
 /// New velocity, affine matrix and position of one block's particles, and their new cells (with single records, a new velocity of the
