@@ -97,6 +97,10 @@ class Values:
         of = self.tables[table]
         return ", ".join(of.index[of[column] == 1]).replace("phi", "φ")
 
+    def nearest_friction(self):
+        """The rule for the friction of the mast with the least distance."""
+        return self.tables["friction"].distance.idxmin().replace("phi", "φ")
+
     def block(self, name, *arguments):
         return BLOCKS[name](self, *arguments)
 
@@ -296,7 +300,7 @@ def made_pages(tables):
     """{name: text} of every page."""
     values = Values(tables)
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    environment.globals.update(number=number, **{name: getattr(values, name) for name in ("value", "raw", "change", "span", "largest", "keys_with", "block",
+    environment.globals.update(number=number, **{name: getattr(values, name) for name in ("value", "raw", "change", "span", "largest", "keys_with", "nearest_friction", "block",
                                                                                        "loads_uncertainty", "loads_spread")})
     return {path.stem: wrapped(environment.get_template(path.name).render()) for path in sorted(TEMPLATES.glob("*.md.j2"))}
 
