@@ -36,5 +36,6 @@ struct BoundarySetting {
 
 /// A node this close to a surface counts as on it, m: coordinates are sums of rounded multiples of dx.
 inline constexpr double on_surface = 1e-9;
+inline constexpr double cell_rounding = 1e-9;  ///< the same of lengths in cells
 
 }  // namespace mpm

@@ -12,7 +12,6 @@ namespace mpm {
 
 namespace {
 
-constexpr double rounding = 1e-9;           // cells, and of unit vectors
 constexpr double extended_from = 0.5;       // cells behind the surface: nearer nodes are held by the points
 constexpr double extended_to = 2.6;         // cells behind the surface: end of the support of points before it
 constexpr double ambiguous_distance = 0.5;  // cells: between two sides of equal distance the direction to extend along is ambiguous
@@ -114,7 +113,9 @@ class StencilBuilder {
   /// @param circle  the outline, in cells; empty for a polygon
   StencilBuilder(const std::optional<Circle>& circle, const MirrorPlanes& mirror) : circle_(circle), mirror_(mirror) {}
 
-  [[nodiscard]] bool computed(const Vec2& at) const { return (!mirror_.x || at.x() > -rounding) && (!mirror_.y || at.y() > -rounding); }
+  [[nodiscard]] bool computed(const Vec2& at) const {
+    return (!mirror_.x || at.x() > -cell_rounding) && (!mirror_.y || at.y() > -cell_rounding);
+  }
   /// The image of a position in the computed part.
   [[nodiscard]] Vec2 image(const Vec2& at) const { return {mirror_.x ? std::abs(at.x()) : at.x(), mirror_.y ? std::abs(at.y()) : at.y()}; }
   int node(int x, int y) {
@@ -125,7 +126,8 @@ class StencilBuilder {
   void begin(ContactRow::Kind kind, const Vec2& at, const Vec2& normal, double cell_size) {
     normal_ = normal;
     stencil.rows.push_back({.kind = kind, .first = stencil.entries.size(), .point = cell_size * at});
-    if ((mirror_.x && std::abs(at.x()) < rounding) || (mirror_.y && std::abs(at.y()) < rounding)) stencil.rows.back().computed = 0.5;
+    if ((mirror_.x && std::abs(at.x()) < cell_rounding) || (mirror_.y && std::abs(at.y()) < cell_rounding))
+      stencil.rows.back().computed = 0.5;
   }
   void add(int x, int y, double weight) {
     const Vec2 direction = direction_at(Vec2(x, y));
@@ -188,18 +190,18 @@ void add_columns(StencilBuilder& builder, const Outline& outline, double cell_si
     for (int x = nodes.min().x(); x <= nodes.max().x(); ++x) {
       const Outline::Nearest near = outline.nearest(cell_size * Vec2(x, y));
       const double depth = -near.distance / cell_size;
-      if (builder.computed(Vec2(x, y)) && depth > rounding - 0.5) places.push_back({{x, y}, depth, near.normal});
+      if (builder.computed(Vec2(x, y)) && depth > cell_rounding - 0.5) places.push_back({{x, y}, depth, near.normal});
     }
   }
-  std::ranges::stable_sort(places, std::ranges::greater{}, [](const Place& p) { return std::round(p.depth / rounding); });
+  std::ranges::stable_sort(places, std::ranges::greater{}, [](const Place& p) { return std::round(p.depth / cell_rounding); });
   std::vector<ContactStencil::Column>& columns = builder.stencil.columns;
   for (const Place& p : places) {
     columns.push_back({.node = builder.node(p.at[0], p.at[1])});
-    if (p.depth > 0.5 + rounding) continue;  // not the last column before an edge
+    if (p.depth > 0.5 + cell_rounding) continue;  // not the last column before an edge
     const Vec2 inwards = builder.image(Vec2(p.at[0] - std::round(p.normal.x()), p.at[1] - std::round(p.normal.y())));
     const std::array<int, 2> at = {static_cast<int>(inwards.x()), static_cast<int>(inwards.y())};
     const auto inner = std::ranges::find(places, at, &Place::at);
-    if (inner == places.end() || inner->depth < p.depth + rounding) continue;  // too narrow for an inner column
+    if (inner == places.end() || inner->depth < p.depth + cell_rounding) continue;  // too narrow for an inner column
     columns.back().strip = (p.depth + 0.5) * cell_size;
     columns.back().edge = bound_by_depth(p.depth, inner->depth);
     columns.back().edge.neighbour = static_cast<int>(inner - places.begin());
@@ -234,7 +236,7 @@ void link_rows(StencilBuilder& builder, const std::vector<SurfacePoint>& points,
     if (const int row = row_of[static_cast<std::size_t>(point)]; row >= 0) return row;
     const Vec2 image = builder.image(points[static_cast<std::size_t>(point)].at);
     for (std::size_t p = 0; p < points.size(); ++p) {
-      if (row_of[p] >= 0 && (points[p].at - image).norm() < rounding) return row_of[p];
+      if (row_of[p] >= 0 && (points[p].at - image).norm() < cell_rounding) return row_of[p];
     }
     return -1;
   };
@@ -255,7 +257,7 @@ void add_extensions(StencilBuilder& builder, const Outline& outline, const std::
     int best = -1;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t p = 0; p < points.size(); ++p) {
-      const double away = (points[p].at - at).norm() + (1.0 - points[p].normal.dot(normal)) / rounding;
+      const double away = (points[p].at - at).norm() + (1.0 - points[p].normal.dot(normal)) / cell_rounding;
       if (row_of[p] >= 0 && away < least) least = away, best = row_of[p];
     }
     return best;
@@ -267,9 +269,9 @@ void add_extensions(StencilBuilder& builder, const Outline& outline, const std::
       const Outline::Nearest near = outline.nearest(cell_size * at);
       const double depth = -near.distance / cell_size;
       if (depth > ContactStencil::deep_from) builder.stencil.deep.push_back({builder.node(x, y), near.normal});
-      const int axis = std::abs(near.normal.x()) >= std::abs(near.normal.y()) - rounding ? 0 : 1;
+      const int axis = std::abs(near.normal.x()) >= std::abs(near.normal.y()) - cell_rounding ? 0 : 1;
       const double along_axis = depth / std::abs(near.normal[axis]);
-      if (along_axis <= extended_from + rounding || along_axis > extended_to) continue;
+      if (along_axis <= extended_from + cell_rounding || along_axis > extended_to) continue;
       if (outline.is_ambiguous(cell_size * at, ambiguous_distance * cell_size)) continue;
       const int outward = near.normal[axis] > 0.0 ? 1 : -1;
       builder.begin(ContactRow::Kind::extension, at, near.normal, cell_size);

@@ -44,7 +44,6 @@ bool Outline::symmetric() const {
 }
 
 bool Outline::along_axes() const {
-  constexpr double rounding = 1e-9;  // of a box turned by 90 degrees
   return !circle_ && std::ranges::all_of(sides_, [](const Side& side) { return side.normal.cwiseAbs().minCoeff() < rounding; });
 }
 

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::size_t most_nodes = 5;       ///< of a column, at the steepest slope
 constexpr double support = 1.5;             ///< half the width of a quadratic B-spline, cells
-constexpr double rounding = 1e-9;           ///< cells
 constexpr double above = 4.0, below = 5.0;  ///< cells: no column reaches further from the ground
 
 /// The column of nodes at one place in plan, and the ground there.
@@ -22,11 +21,11 @@ struct GroundColumn {
   GroundColumn(const Terrain& terrain, const Vec3& place, double cell_size) {
     const HeightField::Surface ground = terrain.surface(place);
     const double plane = ground.height / cell_size, steepness = ground.slope.cwiseAbs().sum();
-    const double layer = std::ceil(plane + nearest_master - rounding), distance = layer - plane;
+    const double layer = std::ceil(plane + nearest_master - cell_rounding), distance = layer - plane;
     plan.master = static_cast<std::int32_t>(layer);
     for (std::size_t k = 0; k < most_nodes; ++k) plan.c[k] = (distance - static_cast<double>(k)) / distance;
     const double lowest = support * (1.0 + steepness);  // below the ground: material touches no node further down
-    plan.used = static_cast<std::size_t>(std::clamp(std::ceil(distance + lowest - rounding), 3.0, double{most_nodes}));
+    plan.used = static_cast<std::size_t>(std::clamp(std::ceil(distance + lowest - cell_rounding), 3.0, double{most_nodes}));
     surface = {ground.normal(), terrain.contact, terrain.friction, terrain.velocity(ground.slope), closed_gap + support * steepness};
   }
 };

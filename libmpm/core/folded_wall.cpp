@@ -13,7 +13,6 @@ namespace mpm {
 namespace {
 
 constexpr int column_nodes = 3;                                        ///< a master and two slaves
-constexpr double rounding = 1e-9;                                      ///< cells
 constexpr double unbounded = std::numeric_limits<double>::infinity();  ///< kg m/s
 
 /// The axis a wall is normal to; empty for an oblique one.
@@ -29,7 +28,7 @@ using Plan = ColumnPlan<column_nodes>;
 Plan plan_of(const Wall& wall, int axis, double cell_size, double time) {
   const double sign = wall.normal[axis] > 0.0 ? 1.0 : -1.0;
   const double plane = sign * wall.plane_distance(time) / cell_size;  // coordinate, in cells
-  const double master = sign > 0.0 ? std::ceil(plane + nearest_master - rounding) : std::floor(plane - nearest_master + rounding);
+  const double master = sign > 0.0 ? std::ceil(plane + nearest_master - cell_rounding) : std::floor(plane - nearest_master + cell_rounding);
   const double d = sign * (master - plane);
   return {axis, sign > 0.0 ? -1 : 1, static_cast<std::int32_t>(master), {1.0, (d - 1.0) / d, (d - 2.0) / d}};
 }
@@ -93,7 +92,7 @@ bool folds(const Wall& wall, std::span<const Boundary> boundaries, const MirrorP
     const auto* const parallel = std::get_if<Wall>(&other);
     if (parallel == nullptr || parallel->normal.dot(wall.normal) > -0.5) return false;
     // a coupled wall's own master is the first node half a cell before it, so it is another node only if there is a cell between
-    return parallel->normal.dot(master) - parallel->plane_distance(time) < (nearest_master + 1.0 - rounding) * cell_size;
+    return parallel->normal.dot(master) - parallel->plane_distance(time) < (nearest_master + 1.0 - cell_rounding) * cell_size;
   });
 }
 

@@ -19,7 +19,6 @@ constexpr double apex_factor = 4.0;    ///< (speed of a flow over that of the no
 constexpr double least_weight = 0.3;   ///< sum of the weights of a point's nodes with material; below it the point has no contact
 constexpr int group_layers = lanes_of<Lanes>;  ///< solved at once
 constexpr int group_blocks = group_layers / block_edge;
-constexpr double rounding = 1e-9;  ///< cells
 
 /// The last layer of nodes inside, below the top or above the underside, or the next one if it is within half a cell of the face. What lies
 /// beyond the face flows past, and the points stop only as much of these layers as the face carries.
@@ -43,10 +42,10 @@ std::vector<EndLayer> end_layers(const UprightSolid& solid, double dx, double we
   for (const double outward : {1.0, -1.0}) {
     const double face = outward * (outward > 0.0 ? solid.top : solid.base) / dx;
     if (!std::isfinite(face)) continue;
-    const double last = std::floor(face + rounding);
+    const double last = std::floor(face + cell_rounding);
     for (const double layer : {last, last + 1.0}) {
       const double depth = face - layer, inner = layer - 1.0, inner_depth = -solid.beyond(outward * dx * inner) / dx;
-      if (depth < rounding - 0.5 || inner_depth < depth + rounding) continue;
+      if (depth < cell_rounding - 0.5 || inner_depth < depth + cell_rounding) continue;
       const double height = std::min(depth + 0.5, 1.0) * dx;
       ends.push_back({.layer = static_cast<std::int32_t>(outward * layer),
                       .inner = static_cast<std::int32_t>(outward * inner),
@@ -349,8 +348,8 @@ class LayerContact {
       const std::int32_t layer = first + k;
       const double beyond = solid_.solid().beyond(dx * layer) / dx;
       const bool at_end = std::ranges::find(ends_, layer, &EndLayer::layer) != ends_.end();
-      acts[k] = (end != nullptr ? layer == end->layer : beyond <= rounding && !at_end) ? -1 : 0;
-      deep_layers[k] = beyond + ContactStencil::deep_from <= rounding ? -1 : 0;
+      acts[k] = (end != nullptr ? layer == end->layer : beyond <= cell_rounding && !at_end) ? -1 : 0;
+      deep_layers[k] = beyond + ContactStencil::deep_from <= cell_rounding ? -1 : 0;
     }
     if (!any(acts)) return;
     blocks.resize(places_.columns.size());
