@@ -199,7 +199,6 @@ void correct_lumped_mass(Grid& grid, std::span<const Boundary> boundaries, doubl
   for (const Boundary& boundary : boundaries) {
     if (const auto* const solid = std::get_if<SurfaceSolid>(&boundary)) solids.push_back(&solid->solid());
   }
-  if (solids.empty()) return;
   const LumpedMassCorrection corrected(std::move(solids), grid.cell_size(), density, relaxed);
   const Columns columns = corrected.columns();  // with particles that may take part
   // Particles of `columns` touch nodes up to one block further. A column of nodes along x or y that holds one of them has its master at

@@ -293,6 +293,7 @@ Finding height_of_the_domain(const Impact& i) {
 /// cells, and with those on the ground where there are less below it (core/folded_wall.hpp); a steady flow reaches no higher than
 /// Bernoulli's bound. @param table  that gives its base_m and height_m
 Finding above_the_ground(const Impact& i, const std::string& table, double base, double top) {
+  if (base <= 0.0) return {};  // it stands on the ground
   constexpr double least = 3.0;
   const double thickness = top - base, narrower = std::min(thickness, base), bound = i.bound();
   if (narrower / i.dx() < least - 1e-6) {
@@ -312,12 +313,8 @@ Finding above_the_ground(const Impact& i, const std::string& table, double base,
   return Advice{table + "_base", fmt::format("{}.base_m = {} m is above Bernoulli's bound H + v^2/2g = {} m", table, n(base), n(bound)),
                 "a steady flow passes below it; only the first splash may reach it", "check the value"};
 }
-Finding obstacle_base(const Impact& i) {
-  return i.mast.base > 0.0 ? above_the_ground(i, "obstacle", i.mast.base, i.mast.solid().top) : Finding{};
-}
-Finding arm_base(const Impact& i) {
-  return i.c.arm && i.c.arm->base > 0.0 ? above_the_ground(i, "arm", i.c.arm->base, i.c.arm->height) : Finding{};
-}
+Finding obstacle_base(const Impact& i) { return above_the_ground(i, "obstacle", i.mast.base, i.mast.solid().top); }
+Finding arm_base(const Impact& i) { return i.c.arm ? above_the_ground(i, "arm", i.c.arm->base, i.c.arm->height) : Finding{}; }
 
 /// validation/cases/avalanche_convergence: a window of 4 w + 2 w and a belt of 6 w against 5 w + 3 w and 12 w changes run-up and force by
 /// at most 3 % (w = H).
