@@ -110,9 +110,8 @@ def _commit_time(commit):
 
 
 def friction():
-    """The yardstick on the rows that there are (friction_scan.csv, and friction_rules.csv as soon as it is computed)."""
-    more = rows("friction_rules") if (ROWS / "friction_rules.csv").exists() else []
-    summary = yardstick.friction_tables(read_runs_or_refuse([*more, *rows("friction_scan", "reproduction")]).runs)["yardstick"]
+    """The yardstick on the rows that there are."""
+    summary = yardstick.friction_tables(read_runs_or_refuse(CAMPAIGNS["reproduction"].compared["friction_files"]).runs)["yardstick"]
     return summary.rename(columns={"rule": "key"})
 
 

@@ -29,7 +29,7 @@ class Campaign(NamedTuple):
 CAMPAIGNS = {
     "reproduction": Campaign(rows("reproduction"), "half of tan φ'", {
         "coarser_files": rows("reproduction_w5"), "width_files": rows("width"),
-        "sensitivity_files": rows("sensitivity", "windows"), "friction_files": rows("friction_scan", "reproduction")}),
+        "sensitivity_files": rows("sensitivity", "windows"), "friction_files": rows("friction_rules", "friction_scan", "reproduction")}),
     "reproduction_w5": Campaign(rows("reproduction_w5"), "the smaller of 0.2 and half of tan φ'", {
         "prediction_files": rows("prediction_w5"), "grids_files": rows("grids")}),
     "prediction": Campaign(rows("prediction_w5"), "half of tan φ'", {}),
