@@ -62,8 +62,7 @@ void resolve_obstacle_friction(ObstacleSpec& obstacle, const MaterialParameters&
 }
 
 /// Numerics of a flow against an obstacle unless the case gives them: four tenths of the steps, half the memory of a particle. With AFLIP
-/// the time step changes force and heights by 1 to 2 %, of the stiffest snow by up to 7 %, precision by 1e-4: less than the grid
-/// (docs/design.md "Time step", docs/precision.md). The other transfers lose energy in every step, and
+/// both change less than the grid does (docs/design.md "Time step", docs/precision.md). The other transfers lose energy in every step, and
 /// other laws do not yield before a longer step makes them unstable.
 void resolve_numerics(Case& c, const ParameterReport& report) {
   if (!c.conveyor || !c.obstacle) return;
@@ -124,9 +123,8 @@ void check_body(const Case& c, const BodySpec& body, const std::string& path, Pa
                                      "the scene to the origin, or take larger cells",
                                      farthest, reach, cell_size));
   }
-  bool domain_known = true;
-  for (const std::string corner : {"domain.min_m", "domain.max_m"}) domain_known &= report.given(corner) && report.valid(corner);
-  if (domain_known && ((body.min.array() < c.domain.min.array()).any() || (body.max.array() > c.domain.max.array()).any()))
+  if (report.all_valid({"domain.min_m", "domain.max_m"}) &&
+      ((body.min.array() < c.domain.min.array()).any() || (body.max.array() > c.domain.max.array()).any()))
     report.problem(high, "or min_m lies outside [domain]; enlarge the domain or move the body");
   if (!c.obstacle || !ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) ||
       !report.all_valid({"obstacle.height_m", "obstacle.base_m", path + ".shape"}))
@@ -175,6 +173,15 @@ bool domain_is_valid(const Case& c, const ParameterReport& report) {
   return report.all_valid({"conveyor", "conveyor.inflow"}) && std::ranges::all_of(parameters_of<ConveyorSpec>().all(), valid);
 }
 
+/// Corners that the case leaves out do not cut off a part of a belt: ground at its true altitude, a long strip.
+void resolve_domain(Case& c, const ParameterReport& report) {
+  if (!c.conveyor || !report.all_valid({"terrain", "terrain.file", "terrain.raster"}) || !domain_is_valid(c, report)) return;
+  const Eigen::AlignedBox3d belt =
+      conveyor_domain(*c.conveyor, conveyor_setting(c, c.terrain && c.terrain->raster ? height_field(*c.terrain) : nullptr));
+  if (!report.given("domain.min_m")) c.domain.min = c.domain.min.cwiseMin(belt.min());
+  if (!report.given("domain.max_m")) c.domain.max = c.domain.max.cwiseMax(belt.max());
+}
+
 /// Uneven ground against domain, mirror planes and conveyor.
 void check_terrain(const Case& c, ParameterReport& report) {
   if (!c.terrain || !c.terrain->raster || !report.all_valid({"terrain", "terrain.file", "terrain.raster"})) return;
@@ -188,6 +195,18 @@ void check_terrain(const Case& c, ParameterReport& report) {
   if (!domain_is_valid(c, report)) return;
   const std::string key = report.given("terrain.file") ? "terrain.file" : "terrain.raster";
   const std::shared_ptr<const HeightField> ground = height_field(*c.terrain);
+  if (c.obstacle && ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) && report.valid("obstacle.height_m")) {
+    const UprightSolid solid = c.obstacle->solid();
+    const double height = ground->at(solid.outline.centre()).height;
+    if (height >= solid.top || (c.conveyor && std::abs(height) > c.conveyor->flow_height)) {
+      report.problem(
+          key,
+          fmt::format(
+              "puts the ground at z = {0:.6g} m where the obstacle stands; top of the obstacle, run-up and pressures count from z = 0, "
+              "subtract {0:.6g} m from all heights",
+              height));
+    }
+  }
   const MirrorPlanes mirror = mirror_planes(c);
   const Eigen::AlignedBox3d domain = case_domain(c, ground);
   Vec2 low = domain.min().head<2>(), high = domain.max().head<2>();
@@ -230,7 +249,7 @@ void check_start(const Case& c, ParameterReport& report) {
   }
 }
 
-/// A given domain leaves in the belt between inlet and outlet, and the obstacle.
+/// A given domain leaves in the snow between inlet and outlet, on uneven ground along the middle of the belt.
 void check_domain_of_conveyor(const Case& c, ParameterReport& report) {
   if (!c.conveyor || !domain_is_valid(c, report) || !report.valid("conveyor.width_m")) return;
   const ConveyorSpec& belt = *c.conveyor;
@@ -240,12 +259,18 @@ void check_domain_of_conveyor(const Case& c, ParameterReport& report) {
     needed.min().x() = -belt.upstream_length;
     needed.max().x() = belt.downstream_length;
   }
-  const int axes = c.terrain ? 2 : 3;  // uneven ground is not at z = 0
+  if (c.terrain && c.terrain->raster && report.all_valid({"terrain", "terrain.file", "terrain.raster"})) {
+    const std::shared_ptr<const HeightField> ground = height_field(*c.terrain);
+    const auto [low, high] = std::minmax(
+        {ground->at({needed.min().x(), 0.0}).height, ground->at({0.0, 0.0}).height, ground->at({needed.max().x(), 0.0}).height});
+    needed.min().z() = low;
+    needed.max().z() = high + belt.flow_height;
+  }
   constexpr double rounding = 1e-9;
   for (const auto& [key, outside, low] : {std::tuple{"domain.min_m", Vec3(c.domain.min - needed.min()), true},
                                           std::tuple{"domain.max_m", Vec3(needed.max() - c.domain.max), false}}) {
     int axis = 0;
-    if (!report.given(key) || outside.head(axes).maxCoeff(&axis) <= rounding) continue;
+    if (!report.given(key) || outside.maxCoeff(&axis) <= rounding) continue;
     report.problem(key, fmt::format("cuts off a part of the flow that [conveyor] feeds; give {} {:.6g} m in {}",
                                     low ? "at most" : "at least", low ? needed.min()[axis] : needed.max()[axis], "xyz"[axis]));
   }
@@ -285,6 +310,7 @@ void resolve_case(Case& c, ParameterReport& report) {
   if (c.conveyor) resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, obstacle}, report);
   check_arm(c, report);
   check_scene(c, report);
+  resolve_domain(c, report);
   check_terrain(c, report);
   check_stop(c, report);
   check_rows(c.output, report);

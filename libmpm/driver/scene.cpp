@@ -24,16 +24,6 @@ Boundary make_solid(UprightSolid solid, double friction, const Numerics& numeric
   return NodalSolid{std::move(solid), skin, Contact::separable, friction, Vec3::Zero()};
 }
 
-ConveyorSetting conveyor_setting(const Case& c, const std::shared_ptr<const HeightField>& ground) {
-  return {.cell_size = c.numerics.cell_size,
-          .particle_spacing = c.numerics.particle_spacing(),
-          .gravity = c.numerics.gravity,
-          .slope = c.numerics.slope,
-          .duration = c.output.duration,
-          .offset = c.numerics.offset(),
-          .ground = ground};
-}
-
 }  // namespace
 
 MirrorPlanes mirror_planes(const Case& c) { return {c.domain.mirror_x, c.domain.mirror_y || (c.conveyor && c.conveyor->mirror_y)}; }
@@ -54,6 +44,16 @@ void check_grid_offset(const Case& c, ParameterReport& report) {
     report.problem("grid_offset_cells", "shifts the mirror plane " + name + " = 0 off the grid by " + number_text(offset) + " cells in " +
                                             name + "; give 0 there, or compute the whole without the mirror");
   }
+}
+
+ConveyorSetting conveyor_setting(const Case& c, const std::shared_ptr<const HeightField>& ground) {
+  return {.cell_size = c.numerics.cell_size,
+          .particle_spacing = c.numerics.particle_spacing(),
+          .gravity = c.numerics.gravity,
+          .slope = c.numerics.slope,
+          .duration = c.output.duration,
+          .offset = c.numerics.offset(),
+          .ground = ground};
 }
 
 Eigen::AlignedBox3d case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground) {

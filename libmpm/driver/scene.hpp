@@ -12,6 +12,7 @@ namespace mpm {
 
 class BlockExchange;
 class ParameterReport;
+struct ConveyorSetting;
 
 /// The mirror planes of a case, of its domain or of its conveyor.
 [[nodiscard]] MirrorPlanes mirror_planes(const Case& c);
@@ -20,6 +21,9 @@ void check_grid_offset(const Case& c, ParameterReport& report);
 
 /// The rigid solids of a case: its obstacle, then the obstacle's arm; empty without an obstacle.
 [[nodiscard]] std::vector<UprightSolid> solids_of(const Case& c);
+
+/// What the conveyor of a case needs of the rest of it. @param ground  of the case; empty: none
+[[nodiscard]] ConveyorSetting conveyor_setting(const Case& c, const std::shared_ptr<const HeightField>& ground);
 
 /// Where particles may be in a case, m: its domain, cut by that of a conveyor. @param ground  of the case; empty: none
 [[nodiscard]] Eigen::AlignedBox3d case_domain(const Case& c, const std::shared_ptr<const HeightField>& ground);

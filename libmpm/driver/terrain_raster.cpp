@@ -1,6 +1,7 @@
 #include "libmpm/driver/terrain_raster.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -97,6 +98,8 @@ std::string place_text(const HeightField::Points& p, std::size_t column, std::si
 
 /// @throws Unfit for numbers that are not those of a grid in metres
 void check_grid(const HeightField::Points& p) {
+  if (!(p.spacing > 0.0))
+    throw Unfit(fmt::format("has a cellsize of {:.4g}; give the distance of its points in metres, above 0", p.spacing));
   if (!(p.spacing >= finest_raster && p.spacing <= longest_length))
     throw Unfit(
         fmt::format("has points {:.4g} apart, which are degrees or kilometres, no metres; reproject it to a system in metres", p.spacing));
@@ -128,7 +131,9 @@ void check_size(double columns, double rows) {
 HeightField::Points points_of_table(const Table& table) {
   HeightField::Points points;
   for (const char* column : {"x_m", "y_m", "z_m"}) {
-    if (!table.has(column)) throw Unfit(fmt::format("has no column {}; the first line names x_m, y_m, z_m", column));
+    if (!table.has(column))
+      throw Unfit(fmt::format("has no column {}, only '{}'; the first line names x_m, y_m, z_m with commas between", column,
+                              fmt::join(table.columns(), ",")));
   }
   const std::vector<double> x = table.numbers("x_m"), y = table.numbers("y_m"), z = table.numbers("z_m");
   for (std::size_t n = 0; n < x.size(); ++n) {

@@ -128,7 +128,8 @@ TEST_F(TerrainFiles, ThatAreWrongAreNamedWithPlaceAndRemedy) {
   EXPECT_THAT(message("g.asc", esri(flat, "ncols 3\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 0.0001\n")), HasSubstr("degrees"));
   EXPECT_THAT(message("g.asc", esri(flat, "ncols 1e9\nnrows 1e9\nxllcenter 0\nyllcenter 0\ncellsize 1\n")), HasSubstr("at most 250000"));
   EXPECT_THAT(message("g.asc", esri("0 0 0\n0 2e5 0\n")), HasSubstr("height of 2e+05"));
-  EXPECT_THAT(message("g.csv", "x_m,z_m\n0,0\n"), HasSubstr("has no column y_m"));
+  EXPECT_THAT(message("g.csv", "x_m,z_m\n0,0\n"), HasSubstr("has no column y_m, only 'x_m,z_m'"));
+  EXPECT_THAT(message("g.asc", esri("0 0 0\n0 0 0\n", "ncols 3\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize -1\n")), HasSubstr("above 0"));
   EXPECT_THAT(message("g.csv", "x_m,y_m,z_m\n-7,-7,0\n7,-7,0\n-7,7,0\n5,7,0\n"), HasSubstr("is no regular grid"));
   EXPECT_THAT(message("g.tif", "II*"), HasSubstr("gdal_translate"));
   EXPECT_THAT(message("", ""), HasSubstr("names no file"));
@@ -157,6 +158,8 @@ TEST_F(TerrainFiles, HaveToCoverTheDomainAndToBeGentleAndSymmetric) {
   EXPECT_THAT(message("g.asc", raster_text(far)), HasSubstr("in the coordinates of the case"));
   const auto steep = [](double x, double) { return x > 0.5 ? 1.0 : 0.0; };
   EXPECT_THAT(message("g.asc", ground(steep)), AllOf(HasSubstr("degrees steep at x = 0.5"), HasSubstr("smooth the raster")));
+  const auto altitude = [](double x, double y) { return 1500.0 + relief(x, y); };
+  EXPECT_THAT(message("g.asc", ground(altitude)), AllOf(HasSubstr("puts the ground at z = 1500.27 m"), HasSubstr("subtract 1500.27 m")));
   const auto millimetres = [](double x, double y) { return 1000.0 * relief(x, y); };
   EXPECT_THAT(message("g.asc", ground(millimetres)), HasSubstr("same unit, metres"));
   const std::string half =
@@ -250,6 +253,19 @@ TEST(UnevenGround, CarriesTheSnowOfTheConveyorAtItsHeightAndAlongItsSlope) {
     EXPECT_NEAR((v - Vec3(6.0, 0.0, 6.0 * ground.slope.x())).norm(), 0.0, 1e-14);
   }
   EXPECT_NEAR(make_scene(c).domain_min.z(), make_scene(level).domain_min.z() + field->lowest(), 1e-14);
+}
+
+TEST_F(TerrainFiles, AtTheirAltitudeKeepTheSnowOfABeltWithoutAMast) {
+  const std::string ground = raster_text(ground_points([](double x, double y) { return 1500.0 + relief(x, y); }, 7.0, 1.0));
+  const std::string belt = conveyor.substr(0, conveyor.find("[obstacle]"));
+  const Case c = read("g.asc", ground, belt);
+  const CaseScene scene = make_scene(c);
+  State state = make_state(c, scene);
+  const std::size_t before = state.grid.particle_count();
+  advance(state, scene, 0.02);
+  EXPECT_GE(state.grid.particle_count(), before);
+  EXPECT_THAT(message("g.asc", ground, belt + "[domain]\nmin_m = [-100, -100, -100]\nmax_m = [100, 100, 100]\n"),
+              HasSubstr("max_m cuts off a part of the flow"));
 }
 
 TEST(UnevenGround, LeavesOutWhatABodyWouldHaveBelowIt) {
