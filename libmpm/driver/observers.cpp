@@ -103,6 +103,9 @@ ImpactFlow impact_flow(const Case& c) {
   ImpactFlow flow;
   flow.velocity = c.conveyor->velocity;
   flow.gravity = c.numerics.gravity * std::cos(c.numerics.slope);  // along which snow rises and falls
+  const ConstantFlow constant = constant_flow(*c.conveyor, flow.gravity, c.output.duration);
+  flow.constant_from = constant.from;
+  flow.constant_until = constant.until;
   if (const auto ratio = c.material.critical_state_ratio()) flow.effective_friction = *ratio;
   return flow;
 }

@@ -205,6 +205,17 @@ FluxTotals ConveyorSource::release(State& state) const {
   return entered;
 }
 
+ConstantFlow constant_flow(const ConveyorSpec& conveyor, double gravity, double duration) {
+  if (conveyor.feed == ConveyorSpec::Feed::strip) {
+    const double celerity = std::sqrt(gravity * conveyor.flow_height);
+    return {.until = conveyor_length(conveyor.velocity, duration) / (conveyor.velocity + celerity)};
+  }
+  const Inflow inflow(conveyor);
+  if (inflow.steady()) return {};
+  const double last = conveyor.inflow.back().time;
+  return {.from = last + conveyor.upstream_length / inflow.velocity(last)};
+}
+
 std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule, bool floor) {
   const Inflow inflow(conveyor);
   const Vec3 belt(inflow.velocity(0.0), 0.0, 0.0), outlet(inflow.fastest(), 0.0, 0.0);

@@ -41,29 +41,31 @@ double autocorrelation_time(std::span<const double> values, double mean) {
 
 }  // namespace
 
-SteadyCriteria impact_steady_criteria(double arrival, double velocity, double gravity, double end) {
-  if (!(velocity >= 0.0) || !(gravity > 0.0)) {
-    throw ConfigError(
-        fmt::format("steady span: velocity {} m/s and gravity {} m/s^2: must be at least 0 and greater than 0", velocity, gravity));
+SteadyCriteria impact_steady_criteria(const ImpactFlow& flow, double end) {
+  if (!(flow.velocity >= 0.0) || !(flow.gravity > 0.0)) {
+    throw ConfigError(fmt::format("steady span: velocity {} m/s and gravity {} m/s^2: must be at least 0 and greater than 0", flow.velocity,
+                                  flow.gravity));
   }
+  const double rise = flow.velocity / flow.gravity;
   SteadyCriteria criteria;
-  criteria.earliest = arrival + 2.0 * velocity / gravity;
-  criteria.minimum_duration = std::max(velocity / gravity, (end - criteria.earliest) / 3.0);
+  criteria.earliest = std::max(flow.arrival, flow.constant_from) + 2.0 * rise;
+  criteria.latest = flow.constant_until;
+  criteria.minimum_duration = std::max(rise, (std::min(end, criteria.latest) - criteria.earliest) / 3.0);
   return criteria;
 }
 
 Steady find_steady(std::span<const double> time, std::span<const double> value, const SteadyCriteria& criteria) {
-  const std::size_t n = time.size();
-  if (value.size() != n)
-    throw ConfigError(fmt::format("steady span: {} times and {} values: need the same number of both", n, value.size()));
-  std::vector<double> sum(n + 1, 0.0);
-  for (std::size_t i = 0; i < n; ++i) {
+  if (value.size() != time.size())
+    throw ConfigError(fmt::format("steady span: {} times and {} values: need the same number of both", time.size(), value.size()));
+  std::vector<double> sum(time.size() + 1, 0.0);
+  for (std::size_t i = 0; i < time.size(); ++i) {
     if (!std::isfinite(time[i]) || !std::isfinite(value[i]) || (i > 0 && !(time[i] > time[i - 1]))) {
       throw ConfigError(
           fmt::format("steady span: sample {} (time {} s, value {}): times must increase, both must be finite", i, time[i], value[i]));
     }
     sum[i + 1] = sum[i] + value[i];
   }
+  const auto n = static_cast<std::size_t>(std::ranges::upper_bound(time, criteria.latest) - time.begin());
   const auto running_mean = [&](std::size_t first, std::size_t last) {
     return (sum[last] - sum[first]) / static_cast<double>(last - first);
   };
@@ -73,7 +75,7 @@ Steady find_steady(std::span<const double> time, std::span<const double> value, 
     if (n - first < criteria.minimum_samples || time[n - 1] - time[first] < criteria.minimum_duration) break;
     const double end_value = running_mean(first, n), allowed = criteria.tolerance * std::abs(end_value);
     const auto settled = static_cast<std::size_t>(std::ceil(criteria.settling_fraction * static_cast<double>(n - first)));
-    bool holds = true;
+    bool holds = end_value != 0.0;
     for (std::size_t last = first + std::max<std::size_t>(settled, 1); last <= n && holds; ++last) {
       holds = std::abs(running_mean(first, last) - end_value) <= allowed;
     }
@@ -133,8 +135,7 @@ bool is_known(std::span<const double> values, const StopRule& rule) {
 bool rule_holds(std::span<const double> time, std::span<const double> runup, std::span<const std::span<const double>> others,
                 const StopRule& rule) {
   const std::size_t n = time.size();
-  const Steady span =
-      find_steady(time, runup, impact_steady_criteria(rule.flow.arrival, rule.flow.velocity, rule.flow.gravity, time.back()));
+  const Steady span = find_steady(time, runup, impact_steady_criteria(rule.flow, time.back()));
   const auto known = [&](std::span<const double> values) {
     return is_known(values.first(n).subspan(span.first, span.last - span.first), rule);
   };

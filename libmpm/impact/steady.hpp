@@ -11,26 +11,31 @@ namespace mpm {
 
 /// Input of steady criteria, force peaks and predictions.
 struct ImpactFlow {
-  double velocity = 0.0;                     ///< v, m/s
-  double gravity = 9.81;                     ///< g, m/s^2
-  double arrival = 0.0;                      ///< s; the conveyor's front is at the face at t = 0
+  double velocity = 0.0;  ///< v, m/s
+  double gravity = 9.81;  ///< g, m/s^2
+  double arrival = 0.0;   ///< s; the conveyor's front is at the face at t = 0
+  /// s: snow of constant speed, height and density is at the obstacle. Before, an inflow varies; after, a strip thins from its rear.
+  /// @{
+  double constant_from = 0.0, constant_until = std::numeric_limits<double>::infinity();
+  /// @}
   std::optional<double> effective_friction;  ///< M'; empty for laws without M': no prediction
 };
 
 /// What a steady span must satisfy. The paper states only "running deviation analysis"; every number here is our choice.
 struct SteadyCriteria {
-  double earliest = 0.0;             ///< s: no span starts sooner
+  double earliest = 0.0;                                    ///< s: no span starts sooner
+  double latest = std::numeric_limits<double>::infinity();  ///< s: no span ends later
   double minimum_duration = 0.0;     ///< s: no shorter span counts; the last few samples always agree with each other
   double tolerance = 0.05;           ///< allowed deviation of the running mean from its end value, relative to that value
   double settling_fraction = 0.1;    ///< the running mean is checked once it covers this fraction of the span, because few samples scatter
   std::size_t minimum_samples = 10;  ///< no span of fewer samples counts: estimate_mean has no standard error for fewer
 };
 
-/// Criteria for a flow that meets an obstacle: earliest = arrival + 2 v/g, when the first splash has fallen back; shortest span the greater
-/// of v/g (the rise of a jet) and a third of the series after `earliest`, so that a series that has just become steady does
-/// not count.
-/// @param arrival s, when the front meets the obstacle. @param velocity v, m/s. @param end s, end of the series.
-[[nodiscard]] SteadyCriteria impact_steady_criteria(double arrival, double velocity, double gravity, double end);
+/// Criteria for a flow that meets an obstacle: while its snow is constant, from 2 v/g after the first of it, when a splash has fallen back;
+/// shortest span the greater of v/g (the rise of a jet) and a third of what is left of the series, so that a series that has just become
+/// steady does not count.
+/// @param end s, end of the series.
+[[nodiscard]] SteadyCriteria impact_steady_criteria(const ImpactFlow& flow, double end);
 
 /// A steady span [from, to], s, of samples first .. last - 1; without one steady is false and the rest is 0.
 struct Steady {
@@ -39,8 +44,8 @@ struct Steady {
   std::size_t first = 0, last = 0;  ///< samples first .. last - 1
 };
 
-/// The longest span that ends with the series and whose running mean m(t) = mean of the samples from its start to t stays within
-/// tolerance |m(end)| of m(end).
+/// The longest span that ends with the series, or at the latest sample that may count, and whose running mean m(t) = mean of the samples
+/// from its start to t stays within tolerance |m(end)| of m(end). None where m(end) is zero: nothing is there.
 /// @param time s, increasing; evenly spaced, since each sample weighs the same. @param value as many, finite, e.g. the run-up in m.
 /// @throws ConfigError if these do not hold.
 [[nodiscard]] Steady find_steady(std::span<const double> time, std::span<const double> value, const SteadyCriteria& criteria);

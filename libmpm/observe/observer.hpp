@@ -126,6 +126,8 @@ struct Summary {
   std::vector<HeightProfile> profiles = {};  ///< of all observers, in their order
   std::string profile = {};                  ///< content of profile.csv; empty: there is none
 
+  /// The values in the steady interval; empty without one. @param values  one for each sample
+  [[nodiscard]] std::span<const double> steady_part(std::span<const double> values) const;
   /// Mean of a column over the steady interval; all members are NaN without one.
   [[nodiscard]] MeanEstimate mean(std::string_view column) const;
   /// The same for a quantity without a column. @param values  one for each sample

@@ -72,10 +72,11 @@ Arrays stored(const Arrays& all, const std::string& owner) {
 
 MeanEstimate Summary::mean(std::string_view column) const { return mean(series[column]); }
 
-MeanEstimate Summary::mean(std::span<const double> values) const {
-  if (!span.steady) return {};
-  return estimate_mean(values.subspan(span.first, span.last - span.first));
+std::span<const double> Summary::steady_part(std::span<const double> values) const {
+  return values.subspan(span.first, span.last - span.first);
 }
+
+MeanEstimate Summary::mean(std::span<const double> values) const { return estimate_mean(steady_part(values)); }
 
 double Summary::peak(std::string_view column) const { return peak_of(series[column]).value; }
 

@@ -9,19 +9,21 @@
 namespace mpm {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
-Case mast() {
-  return parse_case(
-      "[material]\ncritical_state_slope = 0.4\ncohesion_beta = 0\nhardening_xi = 5\n[conveyor]\nfroude_number = 3\n[obstacle]\n"
-      "[output]\nduration_s = 8\n",
-      "mast.toml");
-}
+constexpr const char* mast_text =
+    "[material]\ncritical_state_slope = 0.4\ncohesion_beta = 0\nhardening_xi = 5\n[conveyor]\nfroude_number = 3\n[obstacle]\n"
+    "[output]\nduration_s = 8\n";
+
+Case mast() { return parse_case(mast_text, "mast.toml"); }
+Case with_arm() { return parse_case(std::string(mast_text) + "[arm]\nlength_m = 5\ndepth_m = 1\nbase_m = 3\nheight_m = 4\n", "mast.toml"); }
 
 /// The results of a run with some values filled in.
-Results results(const std::vector<std::pair<std::string, Value>>& values) {
+Results results(const std::vector<std::pair<std::string, Value>>& values, const Case& c = mast()) {
   Results filled;
-  for (Result r : expected_results(mast()).entries()) {
+  for (Result r : expected_results(c).entries()) {
     for (const auto& [name, value] : values) {
       if (r.name == name) r.value = value;
     }
@@ -48,9 +50,10 @@ TEST(RunSummary, StatesWhichForceIsForDesign) {
                                                  {"force_filtered_peak_n", 8.4e4},
                                                  {"force_filtered_peak_time_s", 0.2},
                                                  {"first_impact_until_s", 2.5},
+                                                 {"inflow_constant_from_s", 0.0},
                                                  {"force_peak_n", 1.3e5}}));
   EXPECT_THAT(text, HasSubstr("filtered peak 84 kN"));
-  EXPECT_THAT(text, HasSubstr("first impact of an ideal vertical front): for design"));
+  EXPECT_THAT(text, HasSubstr("before the first splash has fallen back: it depends on the front): a peak of this run alone"));
   EXPECT_THAT(text, HasSubstr("steady mean 61.7 kN: the load while the avalanche passes"));
   EXPECT_THAT(text, HasSubstr("raw peak 130 kN"));
   EXPECT_THAT(text, HasSubstr("no design value"));
@@ -64,6 +67,36 @@ TEST(RunSummary, ShowsTheHighestParticleBesideTheRunup) {
 
 TEST(RunSummary, SaysThatThereIsNoMeanWithoutASteadyInterval) {
   EXPECT_THAT(summary_text(results({{"steady", false}})), HasSubstr("no steady interval"));
+}
+
+TEST(RunSummary, OffersNoLoadOfAFoundationFromTheTailOfASurge) {
+  const std::string varies = summary_text(results({{"steady", false}, {"inflow_constant_from_s", 9.7}, {"duration_s", 8.0}}));
+  EXPECT_THAT(varies, HasSubstr("the inflow at the obstacle varies until 9.7 s"));
+  EXPECT_THAT(varies, Not(HasSubstr("take a longer")));
+  const std::string tail =
+      summary_text(results({{"steady", true}, {"inflow_constant_from_s", 9.7}, {"force_mean_n", std::array{6.17e4, 0.0, 0.0}}}));
+  EXPECT_THAT(tail, HasSubstr("of the last row of the inflow, not of its strongest part"));
+  EXPECT_THAT(tail, Not(HasSubstr("foundation")));
+}
+
+TEST(RunSummary, HasTheLoadsOfAnArm) {
+  const std::string text = summary_text(results({{"steady", true},
+                                                 {"arm_force_mean_n", std::array{1.29e4, 0.0, 3.1e3}},
+                                                 {"arm_moment_mean_n_m", std::array{0.0, 3.26e4, 0.0}},
+                                                 {"arm_force_filtered_peak_n", 2.2e4}},
+                                                with_arm()));
+  EXPECT_THAT(text, HasSubstr("arm, downstream         12.9 kN"));
+  EXPECT_THAT(text, HasSubstr("arm, upwards             3.1 kN"));
+  EXPECT_THAT(text, HasSubstr("arm, moment             32.6 kN m"));
+  EXPECT_THAT(text, HasSubstr("the arm is not in force and moment above"));
+  EXPECT_THAT(text, HasSubstr("filtered peak on the arm 22 kN downstream"));
+  EXPECT_THAT(summary_text(results({{"steady", true}})), Not(HasSubstr("arm")));
+}
+
+TEST(RunSummary, WarnsOfAForceThatStillChanges) {
+  EXPECT_THAT(result_warnings(results({{"force_drift", -0.12}, {"particles_final", std::uint64_t{1}}})),
+              ElementsAre(HasSubstr("12 % of the mean lower")));
+  EXPECT_TRUE(result_warnings(results({{"force_drift", 0.04}, {"particles_final", std::uint64_t{1}}})).empty());
 }
 
 TEST(RunSummary, IsEmptyForARunWithoutAnImpact) { EXPECT_EQ(summary_text(Results{}), ""); }

@@ -10,6 +10,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/diagnostics.hpp"
 #include "libmpm/core/stress_update.hpp"
+#include "libmpm/driver/case_file.hpp"
 #include "support/solver_states.hpp"
 
 namespace mpm {
@@ -130,6 +131,29 @@ TEST(Conveyor, StripIsAsLongAsThePublishedOne) {
   advance(state, scene, 0.02);
   EXPECT_EQ(state.entered.count, 0U);
   EXPECT_EQ(state.grid.particle_count(), before);
+}
+
+TEST(Conveyor, StripBeyondTheDefaultDomainIsWhole) {
+  const Case c = parse_case(
+      "[material]\ncritical_state_slope = 0.4\ncohesion_beta = 0\nhardening_xi = 5\n[conveyor]\nvelocity_m_s = 40\nfeed = "
+      "\"strip\"\n[obstacle]\n"
+      "[output]\nduration_s = 40\n",
+      "strip.toml");
+  EXPECT_LT(make_scene(c).domain_min.x(), -1603.0) << "L = v t + 3 m";
+}
+
+TEST(Conveyor, FlowIsConstantUntilTheRearOfAStripThinsItOrFromTheLastRowOfAnInflow) {
+  ConveyorSpec belt;
+  belt.velocity = 4.0;
+  belt.flow_height = 1.0;
+  EXPECT_EQ(constant_flow(belt, 9.0, 5.0).from, 0.0);
+  EXPECT_EQ(constant_flow(belt, 9.0, 5.0).until, std::numeric_limits<double>::infinity());
+  belt.upstream_length = 6.0;
+  belt.inflow = {{1.0, 4.0, 1.0, 1.0}, {2.0, 3.0, 1.0, 1.0}};
+  EXPECT_DOUBLE_EQ(constant_flow(belt, 9.0, 5.0).from, 2.0 + 6.0 / 3.0);
+  belt.inflow.clear();
+  belt.feed = ConveyorSpec::Feed::strip;
+  EXPECT_DOUBLE_EQ(constant_flow(belt, 9.0, 5.0).until, (4.0 * 5.0 + 3.0) / (4.0 + 3.0));
 }
 
 /// At t = 0. @param spacing  of the particles, m

@@ -88,7 +88,7 @@ TEST(SteadySpan, DoesNotExistForAGrowingSeries) {
   const auto t = times(500, 0.02);
   std::vector<double> value(500);
   for (std::size_t i = 0; i < 500; ++i) value[i] = t[i];
-  const auto criteria = impact_steady_criteria(0.0, 4.0, 9.81, t.back());
+  const auto criteria = impact_steady_criteria({.velocity = 4.0, .gravity = 9.81}, t.back());
   const Steady s = find_steady(t, value, criteria);
   EXPECT_FALSE(s.steady);
   EXPECT_EQ(s.last, 0u);
@@ -132,19 +132,39 @@ TEST(SteadySpan, OfStationaryNoiseIsMostOfTheSeries) {
 }
 
 TEST(SteadySpan, CriteriaOfAnImpactWaitForTheSplash) {
-  const auto fast = impact_steady_criteria(0.25, 19.62, 9.81, 10.25);  // 2 v/g = 4 s, 6 s are left
+  const auto fast = impact_steady_criteria({.velocity = 19.62, .gravity = 9.81, .arrival = 0.25}, 10.25);  // 2 v/g = 4 s, 6 s are left
   EXPECT_DOUBLE_EQ(fast.earliest, 4.25);
   EXPECT_DOUBLE_EQ(fast.minimum_duration, 2.0);
-  EXPECT_DOUBLE_EQ(impact_steady_criteria(0.0, 19.62, 9.81, 7.0).minimum_duration, 2.0) << "v/g";
-  EXPECT_DOUBLE_EQ(impact_steady_criteria(0.0, 0.0, 9.81, 60.0).minimum_duration, 20.0) << "a third of what is left";
-  EXPECT_THROW((void)impact_steady_criteria(0.0, 1.0, 0.0, 1.0), ConfigError);
-  EXPECT_THROW((void)impact_steady_criteria(0.0, -1.0, 9.81, 1.0), ConfigError);
+  EXPECT_DOUBLE_EQ(impact_steady_criteria({.velocity = 19.62, .gravity = 9.81}, 7.0).minimum_duration, 2.0) << "v/g";
+  EXPECT_DOUBLE_EQ(impact_steady_criteria({.velocity = 0.0, .gravity = 9.81}, 60.0).minimum_duration, 20.0) << "a third of what is left";
+  EXPECT_THROW((void)impact_steady_criteria({.velocity = 1.0, .gravity = 0.0}, 1.0), ConfigError);
+  EXPECT_THROW((void)impact_steady_criteria({.velocity = -1.0, .gravity = 9.81}, 1.0), ConfigError);
+}
+
+TEST(SteadySpan, LiesWhereTheSnowThatArrivesIsConstant) {
+  const ImpactFlow flow{.velocity = 9.81, .constant_from = 3.0, .constant_until = 9.0};
+  const auto criteria = impact_steady_criteria(flow, 12.0);
+  EXPECT_DOUBLE_EQ(criteria.earliest, 5.0) << "2 v/g after the first of it";
+  EXPECT_DOUBLE_EQ(criteria.minimum_duration, 4.0 / 3.0);
+  const auto t = times(601, 0.02);
+  std::vector<double> value(601, 2.0);
+  for (std::size_t i = 0; i < 601; ++i) value[i] = t[i] < 3.0 ? 5.0 : t[i] > 9.0 ? 0.5 : 2.0;
+  const Steady s = find_steady(t, value, criteria);
+  ASSERT_TRUE(s.steady);
+  EXPECT_NEAR(s.from, 5.0, 0.021);
+  EXPECT_NEAR(s.to, 9.0, 0.021);
+  EXPECT_EQ(s.last - s.first, 201U);
+}
+
+TEST(SteadySpan, OfNothingDoesNotExist) {
+  const auto t = times(500, 0.02);
+  EXPECT_FALSE(find_steady(t, std::vector<double>(500, 0.0), {}).steady);
 }
 
 TEST(SteadySpan, OfASeriesThatEndsTooSoonDoesNotExist) {
   const auto t = times(20, 0.02);
   const std::vector<double> value(20, 1.0);
-  EXPECT_FALSE(find_steady(t, value, impact_steady_criteria(0.0, 12.43, 9.81, t.back())).steady);
+  EXPECT_FALSE(find_steady(t, value, impact_steady_criteria({.velocity = 12.43, .gravity = 9.81}, t.back())).steady);
   EXPECT_FALSE(find_steady({}, {}, {}).steady);
 }
 

@@ -180,9 +180,8 @@ struct EvidenceRun {
   double froude = 0.0;
 
   [[nodiscard]] Steady span_until(std::size_t samples) const {
-    const ImpactFlow flow = rule_at(froude).flow;
     return find_steady(std::span(series.time).first(samples), std::span(series.runup).first(samples),
-                       impact_steady_criteria(flow.arrival, flow.velocity, flow.gravity, series.time[samples - 1]));
+                       impact_steady_criteria(rule_at(froude).flow, series.time[samples - 1]));
   }
   /// Means of the three quantities by a time over those of the whole run.
   [[nodiscard]] std::array<double, 3> means_until(double end) const {

@@ -58,7 +58,7 @@ std::vector<ImpactSample> impact() {
     const double force = i == 0 ? std::nan("") : 1e5;
     ImpactSample s;
     s.time = 0.02 * i;
-    s.runup = s.time < 2.0 ? 8.0 : 4.0;
+    s.runup = s.runup_p99 = s.time < 2.0 ? 8.0 : 4.0;
     s.impact_pressure = 1e4;
     s.pressure_height = 2.0;
     s.pressure.assign(70, 0.0);

@@ -105,7 +105,7 @@ TEST(TransientForces, AreResultsOfARun) {
   for (std::size_t i = 0; i < h.time.size(); ++i) {
     testing::ImpactSample s;
     s.time = h.time[i];
-    s.runup = s.time < 2.0 ? 8.0 : 4.0;
+    s.runup = s.runup_p99 = s.time < 2.0 ? 8.0 : 4.0;
     s.pressure.assign(geometry.profile_bins(), 0.0);
     s.force.x() = h.force[i];
     s.moment.y() = h.moment[i];
