@@ -1,12 +1,14 @@
 #include "libmpm/impact/inflow.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "libmpm/base/parameter.hpp"
+#include "libmpm/base/text.hpp"
 #include "libmpm/io/csv.hpp"
 
 namespace mpm {
@@ -61,7 +63,8 @@ double Inflow::mean_shear(double from, double to) const {
 
 namespace {
 
-constexpr std::uintmax_t most_bytes = 8U << 20U;    // as of a case file
+constexpr std::uintmax_t most_bytes = 8U << 20U;  // as of a case file
+constexpr const char* density_column = "density_kg_m3";
 constexpr double deepest = 100.0, fastest = 200.0;  // m, m/s: beyond, the unit is wrong
 constexpr double loosest = 1.0, densest = 2.0;      // of density_ratio
 
@@ -87,14 +90,21 @@ void read_rows(ConveyorSpec& belt, const Table& table, double density, const std
   const std::string key = "conveyor.inflow_csv";
   for (const char* column : {"time_s", "depth_m", "velocity_m_s"}) {
     if (!table.has(column))
-      return report.problem(key, fmt::format("{} has no column {}; the first line names time_s, depth_m, velocity_m_s and perhaps "
-                                             "density_kg_m3",
-                                             problem_start, column));
+      return report.problem(key,
+                            fmt::format("{} has no column {}, only '{}'; the first line names time_s, depth_m, velocity_m_s and perhaps "
+                                        "density_kg_m3, with commas between",
+                                        problem_start, column, fmt::join(table.columns(), ",")));
+  }
+  if (!table.has(density_column)) {  // a misspelt one would count as constant density
+    for (const std::string& column : table.columns()) {
+      if (column.find("density") != std::string::npos || nearest_word(column, {density_column}) == density_column)
+        return report.problem(key, fmt::format("{} has a column {}; did you mean {}?", problem_start, column, density_column));
+    }
   }
   if (table.rows() == 0) return report.problem(key, problem_start + " has no rows; give at least one");
   const std::vector<double> time = table.numbers("time_s"), depth = table.numbers("depth_m"), velocity = table.numbers("velocity_m_s");
   const std::vector<double> densities =
-      table.has("density_kg_m3") ? table.numbers("density_kg_m3") : std::vector<double>(table.rows(), density);
+      table.has(density_column) ? table.numbers(density_column) : std::vector<double>(table.rows(), density);
   std::size_t strongest = 0;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const double ratio = densities[i] / density;

@@ -55,6 +55,14 @@ TEST_F(InflowTables, GiveTheSpeedAndHeightOfTheStrongestRowUnlessTheCaseDoes) {
   EXPECT_EQ(own.conveyor->flow_height, 1.0);
 }
 
+TEST_F(InflowTables, WithAMisspeltDensityAreRefused) {
+  for (const std::string name : {"densiy_kg_m3", "density", "density_kgm3"}) {
+    EXPECT_THAT(message("time_s,depth_m,velocity_m_s," + name + "\n0,0.5,8,200\n1,2,14,250\n"),
+                HasSubstr("has a column " + name + "; did you mean density_kg_m3?"));
+  }
+  EXPECT_EQ(message("time_s,entered_s,depth_m,velocity_m_s\n0,0,0.5,8\n1,1,2,14\n"), "") << "others are for other readers";
+}
+
 TEST_F(InflowTables, LeaveACaseThatIsCompleteWithoutThem) {
   const Case c = read(surge);
   const std::string text = write_case(c);
@@ -63,7 +71,9 @@ TEST_F(InflowTables, LeaveACaseThatIsCompleteWithoutThem) {
 }
 
 TEST_F(InflowTables, AreRefusedWithFileRowAndRemedy) {
-  EXPECT_THAT(message("time_s,depth_m\n0,1\n"), HasSubstr("has no column velocity_m_s"));
+  EXPECT_THAT(message("time_s,depth_m\n0,1\n"), HasSubstr("has no column velocity_m_s, only 'time_s,depth_m'"));
+  EXPECT_THAT(message("time_s;depth_m;velocity_m_s\n0;1;8\n"),
+              AllOf(HasSubstr("only 'time_s;depth_m;velocity_m_s'"), HasSubstr("commas between")));
   EXPECT_THAT(message("time_s,depth_m,velocity_m_s\n"), HasSubstr("has no rows"));
   EXPECT_THAT(message(""), HasSubstr("flow.csv"));
   EXPECT_THAT(message("time_s,depth_m,velocity_m_s\n0,1,8\n2,1,8\n1,1,8\n"),
