@@ -34,6 +34,8 @@ struct CompareArguments {
 /// results.json, vectors by component: force_mean_n.x
 Results read_results(const std::filesystem::path& directory) {
   const ResultsFile file(directory);
+  if (!file.exists() && std::filesystem::exists(directory / "checkpoint.h5"))
+    throw IoError(fmt::format("{0}: the run has not ended; go on with `mpm run CASE.toml --out {0} --resume`", directory.string()));
   if (!file.exists()) throw file_error("cannot read", directory / "results.json", ENOENT);
   file.require_undamaged();
   Results results;

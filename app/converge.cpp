@@ -136,8 +136,14 @@ std::vector<MetricConvergence> judged(const ConvergeArguments& a, const Sweep& s
 }
 
 void converge(ConvergeArguments a) {
+  for (std::string& metric : a.metrics) std::erase(metric, ' ');  // after a comma
   const Case spec = read_case(a.input.file, a.input.overrides);
   const Sweep sweep = in_order(sweep_of(a));
+  const std::string varied = "numerics." + to_string(sweep.kind);
+  for (const std::string& set : a.input.overrides) {
+    if (set.starts_with(varied + "="))
+      throw ConfigError(fmt::format("--set {}: {} is what the study varies; leave out one of the two", set, varied));
+  }
   const Campaign study = planned(a, spec, sweep);
   if (a.campaign.out.empty()) a.campaign.out = fmt::format("out/{}_{}", a.input.file.stem().string(), to_string(sweep.kind));
   a.campaign.plan = a.campaign.out.filename();  // names a job of Slurm
@@ -155,6 +161,10 @@ void converge(ConvergeArguments a) {
   }
   print_quotes(spec, sweep, metrics);
   fmt::print(stderr, "wrote {} and converge.csv\n", (out / "converge.json").string());
+  const auto unknown = [](const MetricConvergence& m) {
+    return std::ranges::none_of(m.metric, [](const Metric& x) { return std::isfinite(x.value); });
+  };
+  if (std::ranges::any_of(metrics, unknown)) throw CLI::RuntimeError(static_cast<int>(ExitCode::failed));
 }
 
 }  // namespace

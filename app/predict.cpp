@@ -1,6 +1,7 @@
 /// `mpm predict`: the semi-empirical equations for one case, or for every combination of the given values.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -112,7 +113,16 @@ void predict(const PredictArguments& arguments) {
   if (cases > most_cases)
     throw ConfigError(fmt::format("{:.3g} combinations of values, at most {:g} are possible; give fewer", cases, most_cases));
   std::vector<std::vector<Quantity>> rows;
-  for (const PredictCase& c : combinations(arguments)) rows.push_back(quantities(c, arguments));
+  std::vector<std::string> outside;  // each once
+  for (const PredictCase& c : combinations(arguments)) {
+    rows.push_back(quantities(c, arguments));
+    for (std::string& value :
+         outside_of_equations(froude_number(c.velocity, c.flow_height, arguments.gravity), c.obstacle_width / c.flow_height,
+                              effective_friction(c.critical_state_slope, c.cohesion_beta), c.hardening_xi)) {
+      if (std::ranges::find(outside, value) == outside.end()) outside.push_back(std::move(value));
+    }
+  }
+  if (!outside.empty()) fmt::print(stderr, "extrapolated: the equations were not fitted to {}\n", fmt::join(outside, ", "));
 
   if (arguments.csv) {
     std::vector<std::string> head;

@@ -229,20 +229,10 @@ Finding slope(const Impact& i) {
                   n(i.c.numerics.gravity * std::cos(angle)))};
 }
 
-/// Sect. 2.2 and 4.3 of the paper: Table 1, Table 2, w/H = 0.5 to 3, a box normal to the flow.
+/// Those of the equations (impact/semi_empirical.hpp), and a box normal to the flow.
 Finding range_of_equations(const Impact& i) {
-  std::vector<std::string> outside;
-  const double ratio = i.width() / i.depth(), fr = i.froude();
-  if (ratio < 0.5 - 1e-9 || ratio > 3.0 + 1e-9) {
-    outside.push_back(fmt::format("w/H = {} (simulated: 0.5 to 3)", n(ratio)));
-  } else if (std::abs(ratio - 1.0) > 0.05) {
-    outside.push_back(fmt::format("w/H = {} (fitted: 1; the width changes run-up little and pressure height more, Sect. 4.3)", n(ratio)));
-  }
-  if (fr < 0.1 - 1e-9 || fr > 7.0 + 1e-9) outside.push_back(fmt::format("Fr = {} (0.1 to 7)", n(fr)));
   const auto friction = i.c.material.critical_state_ratio();
-  if (friction && *friction > 2.3) outside.push_back(fmt::format("M' = {} (0 to 2.3)", n(*friction)));
-  const auto xi = i.c.material.hardening_xi();
-  if (xi && (*xi < 0.15 || *xi > 15.0)) outside.push_back(fmt::format("xi = {} (fitted: 0.15 to 15)", n(*xi)));
+  std::vector<std::string> outside = outside_of_equations(i.froude(), i.width() / i.depth(), friction, i.c.material.hardening_xi());
   if (std::visit([](const auto& s) { return s.front(); }, i.mast.shape) != Front::plane)
     outside.emplace_back("the shape (fitted: a box with a face against the flow)");
   if (i.mast.base > 0.0) outside.emplace_back("an obstacle above the ground (fitted: on it)");

@@ -96,6 +96,23 @@ double predicted_height(double effective_friction, double velocity, double flow_
          head / dissipation_factor(effective_friction, coefficients);
 }
 
+std::vector<std::string> outside_of_equations(double froude, double relative_width, std::optional<double> effective_friction,
+                                              std::optional<double> hardening_xi) {
+  constexpr double rounding = 1e-9, alike = 0.05;
+  std::vector<std::string> outside;
+  if (relative_width < 0.5 - rounding || relative_width > 3.0 + rounding) {
+    outside.push_back(fmt::format("w/H = {:.3g} (simulated: 0.5 to 3)", relative_width));
+  } else if (std::abs(relative_width - 1.0) > alike) {
+    outside.push_back(
+        fmt::format("w/H = {:.3g} (fitted: 1; the width changes run-up little and pressure height more, Sect. 4.3)", relative_width));
+  }
+  if (froude < 0.1 - rounding || froude > 7.0 + rounding) outside.push_back(fmt::format("Fr = {:.3g} (0.1 to 7)", froude));
+  if (effective_friction && *effective_friction > 2.3) outside.push_back(fmt::format("M' = {:.3g} (0 to 2.3)", *effective_friction));
+  if (hardening_xi && (*hardening_xi < 0.15 || *hardening_xi > 15.0))
+    outside.push_back(fmt::format("xi = {:.3g} (fitted: 0.15 to 15)", *hardening_xi));
+  return outside;
+}
+
 double predicted_runup(double effective_friction, double velocity, double flow_height, double gravity) {
   return predicted_height(effective_friction, velocity, flow_height, runup_coefficients, gravity);
 }

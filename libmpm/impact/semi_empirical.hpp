@@ -3,6 +3,9 @@
 /// analytic limits. Plain functions of numbers in SI units. Every function throws ConfigError outside its stated range.
 
 #include <limits>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace mpm {
 
@@ -60,6 +63,10 @@ inline constexpr HeightCoefficients pressure_height_coefficients{0.5277, 1.3072,
 /// @param effective_friction M' >= 0. @param velocity v >= 0, m/s. @param flow_height H > 0, m.
 [[nodiscard]] double predicted_height(double effective_friction, double velocity, double flow_height,
                                       const HeightCoefficients& coefficients, double gravity = standard_gravity);
+/// Which of these values are outside those that the equations were fitted to, for a message: "Fr = 20 (0.1 to 7)" (Sect. 2.2 and 4.3 of the
+/// paper, Tables 1 and 2). @param relative_width w/H. @param effective_friction, hardening_xi  empty: the law has none
+[[nodiscard]] std::vector<std::string> outside_of_equations(double froude, double relative_width, std::optional<double> effective_friction,
+                                                            std::optional<double> hardening_xi);
 /// Steady run-up by Eqs. 7-10 with Table A1, m.
 [[nodiscard]] double predicted_runup(double effective_friction, double velocity, double flow_height, double gravity = standard_gravity);
 /// Steady pressure height by Eqs. 7-10 with Table A2, m.

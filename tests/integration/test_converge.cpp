@@ -104,8 +104,8 @@ TEST_F(Converge, SweepsTheOtherParametersByTheirScatter) {
 }
 
 TEST_F(Converge, TellsWhatHasNoSteadySpanAndWhatIsTooFew) {
-  const Outcome o = mpm(first_instant, "--cell-size 0.25,0.125 --metric runup_mean_m,steps --threads 1");
-  EXPECT_EQ(o.code, 0) << o.err;
+  const Outcome o = mpm(first_instant, "--cell-size 0.25,0.125 --metric 'runup_mean_m, steps' --threads 1");
+  EXPECT_EQ(o.code, static_cast<int>(ExitCode::failed)) << o.err;  // no value of one metric
   EXPECT_TRUE(contains(o.err, "cell_size_m = 0.25: no runup_mean_m: the run has no steady interval")) << o.err;
   EXPECT_TRUE(contains(o.err, "the windows of the pressure profile follow the cell size")) << o.err;
   EXPECT_TRUE(contains(o.out, "note: fewer than three cells across the obstacle at 0.25 (2 cells)")) << o.out;
@@ -125,6 +125,7 @@ TEST_F(Converge, RefusesWhatItCannotDoWithExitCode2) {
            {"--offset 2 --metric steps", "grid_offset_cells"},
            {"--offset 0.5 --offset-axes w --metric steps", "axes 'w'"},
            {"--cell-size 0.5,0.25 --metric steps --exact 1,2", "2 values for 1 metric;"},
+           {"--cell-size 0.5,0.25 --metric steps --set numerics.cell_size_m=1", "numerics.cell_size_m is what the study varies"},
            {"--cell-size 0.5 --metric stepps --threads 1", "did you mean steps?"},
            {"--cell-size 0.5 --metric runup_mean_m --threads 1", "runup_mean_m"}}) {
     SCOPED_TRACE(arguments);

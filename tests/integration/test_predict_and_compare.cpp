@@ -33,6 +33,14 @@ TEST(Predict, NamesWhatItTookWithoutBeingAsked) {
       << outcome.out;
 }
 
+TEST(Predict, SaysWhatItExtrapolates) {
+  const auto outcome = run("predict --froude 20 --critical-state-slope 3 --flow-height 1.75");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.out.find("extrapolated: the equations were not fitted to Fr = 20 (0.1 to 7), M' = 3 (0 to 2.3)"), std::string::npos)
+      << outcome.out;
+  EXPECT_EQ(run("predict --froude 3").out.find("extrapolated"), std::string::npos);
+}
+
 TEST(Predict, WritesEveryCombinationAsCsvThatMatchesTheReference) {
   const testing::TemporaryDirectory directory;
   const auto outcome =
@@ -178,6 +186,12 @@ TEST_F(Compare, ReportsUnreadableResultsWithExitCodeFour) {
   const auto missing = run("compare " + a + " " + a + "-missing");
   EXPECT_EQ(missing.code, 4);
   EXPECT_NE(missing.out.find("results.json"), std::string::npos) << missing.out;
+  const testing::TemporaryDirectory interrupted;
+  std::ofstream(interrupted.path() / "checkpoint.h5") << "";
+  const auto begun = run("compare " + a + " " + quoted(interrupted.path()));
+  EXPECT_EQ(begun.code, 4);
+  EXPECT_NE(begun.out.find("the run has not ended"), std::string::npos) << begun.out;
+  EXPECT_NE(begun.out.find("--resume"), std::string::npos) << begun.out;
 }
 
 }  // namespace

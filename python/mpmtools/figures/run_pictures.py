@@ -11,6 +11,7 @@ Pictures for which a run has no data (no obstacle, no frames, no steady interval
 
 import os
 import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -168,5 +169,7 @@ def run_command(options):
             raise ValueError
     except ValueError:
         raise ConfigError(f"--times {options.times}: numbers separated by commas are needed, such as 0.2,3,6") from None
+    if not (Path(options.directory) / "series.csv").exists():
+        raise ConfigError(f"{options.directory}: no series.csv; give the result folder of a run")
     for name, (path, reason) in draw_run(options.directory, options.out, times, options.format).items():
         print(f"wrote {path}" if path else f"no picture {name}: {reason}", file=sys.stderr)
