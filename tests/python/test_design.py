@@ -592,7 +592,7 @@ class Scaling(DesignFolder):
         fit = scipy.optimize.least_squares(excess, [0.2, 0.3, 0.4, 1.9])
         np.testing.assert_allclose([*scaling.INERTIA, *scaling.WEIGHT], fit.x, atol=6e-4)  # written with three decimals
         self.assertLess(np.sqrt(np.mean(fit.fun**2)), 0.12)  # as the page states
-        self.assertEqual(len(self.study), 232)
+        self.assertEqual(len(self.study), scaling.RUNS)  # as the page states
 
     def test_states_an_error_that_covers_every_group_of_runs(self):
         pairs = pair_errors(self.study)

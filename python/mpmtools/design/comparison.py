@@ -5,7 +5,7 @@ from typing import NamedTuple
 from mpmtools import equations
 from mpmtools.design.ensemble import across_flow, snow_cover
 from mpmtools.design.rounding import UNKNOWN, number
-from mpmtools.design.scaling import FITTED, FROUDE, GROWN, drag_coefficient, is_fitted, unknown_snows, weight_factor
+from mpmtools.design.scaling import FITTED, FROUDE, GROWN, RUNS, drag_coefficient, is_fitted, unknown_snows, weight_factor
 
 FLOOR = 0.7  # least width factor for w/H < 1 that the paper recommends (Sect. 5)
 LAMBDAS = {"loose": (1.5,), "cold_dense": (2.0, 3.0), "warm_cohesive": (2.0, 3.0)}
@@ -47,7 +47,7 @@ def own_drag_source(plan):
     ends = frictions[0], frictions[-1]
     own, weight = (UNKNOWN if beyond else span(*map(of, ends)) for of in (lambda m: drag_coefficient(m, froude), weight_factor))
     grown = f"; above its M' {FITTED[1]:g} about {GROWN:g} times that" if frictions[-1] > FITTED[1] * 1.001 else ""
-    return (f"square, w = H, Fr {froude:.2g}, these M'", own, f"this program's study, 236 runs: inertia and {weight} times the hydrostatic force",
+    return (f"square, w = H, Fr {froude:.2g}, these M'", own, f"this program's study, {RUNS} runs: inertia and {weight} times the hydrostatic force",
             beyond or f"fitted within 12 % (root mean square){grown}")
 
 

@@ -74,7 +74,7 @@ def make_page(folder):
     write_text(path, page)
     lines = [f"{what}: {value} ({why})" for what, value, why in design]
     lines += [f"warning: snow {snows}: {text}" if snows else f"warning: {text}" for text, snows in advice]
-    lines.append(f"largest grid uncertainties: {accuracy(results)}")
+    lines.append(f"largest grid uncertainties of steady means: {accuracy(results)}")
     return path, lines
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from mpmtools import equations
 
 INERTIA, WEIGHT = (0.291, 0.095), (0.724, 1.624)  # logarithms at M' = 0, and their slopes
-FITTED = (0.4, 1.53)  # M'
+FITTED, RUNS = (0.4, 1.53), 232  # M', and the number of runs
 CONTINUED, GROWN = 1.1, 2.0  # M' over the end of the fit up to which it is continued, as runs at 1.15 times the end allow (a test); error over ERRORS there
 FROUDE = (0.1, 7.0)  # numbers of the runs
 ERRORS = ((1.7, 0.13), (2.5, 0.22), (FROUDE[1] / FROUDE[0], 0.38))  # up to this ratio of Froude numbers: root mean square of the worst group of runs
