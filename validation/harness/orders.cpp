@@ -20,8 +20,8 @@ namespace {
 /// Six digits: what a reader compares; the last ones may depend on the compiler.
 std::string short_number(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : fmt::format("{}", value); }
 
-const std::vector<std::string> orders_columns{"case",  "quantity",  "label",   "reference", "result", "error",
-                                              "order", "tolerance", "verdict", "measure",   "unit"};
+const std::vector<std::string> orders_columns{"case",      "quantity", "label",   "reference", "result", "error", "order",
+                                              "tolerance", "verdict",  "measure", "unit",      "bound",  "cause"};
 const std::vector<std::string> runs_columns{"level",   "case",    "labels", "checks_passed", "checks_failed", "wall_time_s",
                                             "threads", "version", "commit", "date",          "machine"};
 
@@ -39,7 +39,8 @@ Written by `mpm-validate run --record`; nothing in this directory is edited by h
   validation: experiment or the paper; regression: our own past), `reference`, `result`, `error`, `order` (observed;
   empty where there is none), `tolerance`, `verdict`, `measure` (relative: error and tolerance are fractions of the
   reference; absolute: in `unit`; at_most: `error` is how far the result lies above the reference, in `unit`),
-  `unit` of reference and result.
+  `unit` of reference and result; of a target that is known not to be met the `bound` within which it must stay, and the
+  `cause`.
 - `history.csv`: the results of all recordings in their order: `kind` check (`value`: used fraction of the tolerance),
   order, time (s), and for recordings of all cases bias and spread of a quantity. `scripts/validation_history.py`
   draws it.
@@ -71,11 +72,12 @@ std::string wrapped(const std::string& text, std::size_t width) {
 std::map<std::string, std::vector<std::vector<std::string>>> order_rows(const std::vector<CaseResult>& results) {
   std::map<std::string, std::vector<std::vector<std::string>>> rows;
   for (const CaseResult& r : results) {
-    if (!r.fault.empty()) rows[r.name].push_back({r.name, r.fault, "", "", "", "", "", "", "FAILED", "", ""});
+    if (!r.fault.empty()) rows[r.name].push_back({r.name, r.fault, "", "", "", "", "", "", "FAILED", "", "", "", ""});
     for (const Check& c : r.checks)
       rows[r.name].push_back({r.name, c.quantity, to_string(c.label), short_number(c.reference), short_number(c.value),
                               short_number(c.error), c.observed_order ? short_number(*c.observed_order) : "", short_number(c.tolerance),
-                              to_string(c.verdict()), measure_name(c.measure), c.unit});
+                              to_string(c.verdict()), measure_name(c.measure), c.unit, c.miss ? format_miss_bound(c) : "",
+                              c.miss ? c.miss->cause : ""});
   }
   return rows;
 }

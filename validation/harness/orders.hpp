@@ -10,8 +10,8 @@
 
 namespace mpm::validation {
 
-/// The table of orders and errors: case, quantity, label, reference, result, error, order, tolerance, verdict, measure, unit; a row a
-/// check, cases by name.
+/// The table of orders and errors: case, quantity, label, reference, result, error, order, tolerance, verdict, measure, unit, bound and
+/// cause of a known miss; a row a check, cases by name.
 std::string orders_csv(const std::vector<CaseResult>& results);
 
 /// Stores the table of orders and errors in a directory of reference_data: data.csv (orders_csv and the level in front), runs.csv (level,
