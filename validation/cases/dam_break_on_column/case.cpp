@@ -111,7 +111,7 @@ void run(const CaseContext& context, CaseResult& result) {
                                                                         {1.0, 1.2, false}}},
                                                            force, sizes, forces);
   from_release.back()->known_miss(
-      12.0, "the front arrives 0.07 s early (the gate opens at once); on the clock of the front the forces agree within 4 %");
+      12.0, "the front arrives early, as the gate opens at once; on the clock of the front the forces are within the tolerance");
   const double arrival = force.first_above(arrival_force);
   compare_windows(
       result,

@@ -255,7 +255,8 @@ void run(const CaseContext& context, CaseResult& result) {
                                : "1.8 is the target for a second-order scheme; up to 2.6 on coarse grids");
     check.observed_order = order;
     if (s.edges == Edges::free && s.amplitude > small) {
-      check.known_miss(1.4, "the error of the stress stays at 2 % of its maximum: stretched lattice, partly filled cells at the edges");
+      if (s.per_axis == 2)
+        check.known_miss(1.4, "the error of the stress does not fall with dx: stretched lattice, partly filled cells at the edges");
       result.check_at_most(Label::regression, fmt::format("{}: error of the displacement over A, {} cells", name, grids.back()),
                            error.back(), 1.5e-3, "", 0.0, "1.1e-3 was measured at 16 cells with FLIP, and less otherwise");
     }

@@ -246,7 +246,7 @@ void run(const CaseContext& context, CaseResult& result) {
     result
         .check_absolute(Label::verification, "rotation after one turn with AFLIP, distance from the exact rotation",
                         rotation_error(context, aflip), 0.0, "rad", 2.0 * strain * spin * duration, "as above")
-        .known_miss(2.3e-3, "particles move with the grid's velocity and keep more than it: angular momentum is kept to 0.1 % a turn only");
+        .known_miss(2.3e-3, "particles move with the grid's velocity and keep more than it: angular momentum is not conserved exactly");
   }
   const double order = fitted_order(steps, errors);
   result.check_order(Label::verification, "order in dt of the centre of mass against the parabola", order, 0.99, 1.01,

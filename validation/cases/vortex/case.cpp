@@ -181,7 +181,7 @@ void run(const CaseContext& context, CaseResult& result) {
   const auto grids = context.choose<std::vector<int>>({8, 12, 16}, {8, 12, 16, 24}, {8, 12, 16, 24, 32, 48});
   std::vector<Variant> variants = {
       {"AFLIP, 0.05 rad", {}},
-      {"APIC, 0.05 rad", {.transfer = Transfer::apic}, 1.7, "the grids are not asymptotic: the order is 1.0, 3.0, 1.5 from grid to grid"},
+      {"APIC, 0.05 rad", {.transfer = Transfer::apic}, 1.7, "the grids are not asymptotic: the order scatters from grid to grid"},
       {"FLIP, 0.05 rad", {.transfer = Transfer::flip}}};
   if (context.level() != Level::quick) {
     variants.push_back({.name = "AFLIP, 0.3 rad", .settings = {.angle = 0.3}, .judged = false});
