@@ -14,6 +14,7 @@
 #include "libmpm/driver/sampling.hpp"
 #include "libmpm/driver/scene.hpp"
 #include "libmpm/driver/terrain_raster.hpp"
+#include "libmpm/impact/conveyor.hpp"
 #include "libmpm/impact/inflow.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/impact/steady.hpp"
@@ -65,8 +66,8 @@ Finding cells_across(const Impact& i) {
                             at_most(std::min(i.width(), i.depth()) / 5.0), at_most(std::min(i.width(), i.depth()) / 7.0))};
 }
 
-/// The force is proportional to the number of rows of nodes on the obstacle: validation/cases/avalanche_convergence, "Rows that stop the
-/// flow". With contact at the surface the obstacle has its own width.
+/// The force is proportional to the number of rows of nodes on the obstacle: validation/cases/avalanche_convergence,
+/// "Contact on nodes". With contact at the surface the obstacle has its own width.
 Finding nodal_width(const Impact& i) {
   if (i.c.numerics.contact != ContactRule::nodal || !outline_of(i.mast.shape).along_axes() || i.c.numerics.grid_offset.y() != 0.0)
     return {};
@@ -116,17 +117,30 @@ Finding thin_obstacle(const Case& c) {
 
 // ---- Time -------------------------------------------------------------------------------------------------------------------------------
 
-/// impact_steady_criteria: no interval starts before 2 v/g, none is shorter than v/g.
+/// impact_steady_criteria: no interval starts before 2 v/g, none is shorter than v/g, and a strip is constant for a part of the run only.
 Finding splash_and_duration(const Impact& i) {
   if (i.c.numerics.gravity <= 0.0) return {};
-  const double needed = 1.5 * i.splash_time(), duration = i.c.output.duration;
-  if (duration >= needed) return {};
+  const double needed = 1.5 * i.splash_time(), duration = i.c.output.duration,
+               constant = std::min(duration, constant_flow(i.belt, i.gravity(), duration).until);
+  if (constant >= needed) return {};
+  const std::string strip = i.window() ? "" : fmt::format(", of which the strip is not thinned from its rear for {} s", n(constant));
+  const double longer = i.window() ? 1.0 : 1.0 + 1.0 / i.froude();
   return Advice{
-      "splash_and_duration", fmt::format("output.duration_s = {} s against 2 v/g = {} s", n(duration), n(i.splash_time())),
+      "splash_and_duration", fmt::format("output.duration_s = {} s{} against 2 v/g = {} s", n(duration), strip, n(i.splash_time())),
       fmt::format("the first splash is in the air for 2 v/g, and a steady interval has to last another v/g: a run of less than {} s has "
                   "no means, only the first impact",
-                  n(needed)),
-      fmt::format("take output.duration_s = {} s or more; means get better with time", n(std::ceil(i.splash_time() * 2.0)))};
+                  n(longer * needed)),
+      fmt::format("take output.duration_s = {} s or more; means get better with time", n(std::ceil(longer * i.splash_time() * 2.0)))};
+}
+
+/// Means are of one state of the flow (impact_steady_criteria).
+Finding inflow_varies(const Impact& i) {
+  const double until = constant_flow(i.belt, i.gravity(), i.c.output.duration).from;
+  if (until == 0.0) return {};
+  return Advice{"inflow_varies", fmt::format("the inflow at the obstacle varies until {} s", n(until)),
+                fmt::format("output.duration_s = {} s: means{} are of the last row of the inflow, not of its strongest part",
+                            n(i.c.output.duration), i.c.output.duration > until ? "" : ", of which there will be none,"),
+                "take the peaks, or give each stage of the inflow a run of its own"};
 }
 
 /// Slow flows pile up over a distance, not a time: least_passage_heights.
@@ -472,9 +486,10 @@ std::vector<Advice> advise(const Case& c) {
   if (!c.conveyor || !c.obstacle) return all;
   const Impact impact{c, *c.conveyor, *c.obstacle, std::max(c.conveyor->velocity, Inflow(*c.conveyor).fastest())};
   constexpr Finding (*rules[])(const Impact&) = {
-      cells_across, nodal_width,        aligned_lattice, splash_and_duration, flow_passage, rows_in_force_window, mach_number,
-      wave_speed,   compaction_shock,   slope,           range_of_equations,  mast_height,  height_of_the_domain, obstacle_base,
-      arm_base,     size_of_the_window, jam_at_the_inlet};
+      cells_across, nodal_width,          aligned_lattice, splash_and_duration,  inflow_varies,
+      flow_passage, rows_in_force_window, mach_number,     wave_speed,           compaction_shock,
+      slope,        range_of_equations,   mast_height,     height_of_the_domain, obstacle_base,
+      arm_base,     size_of_the_window,   jam_at_the_inlet};
   for (const auto& rule : rules) add(rule(impact));
   for (Advice& found : plausible_values(impact)) all.push_back(std::move(found));
   return all;

@@ -77,20 +77,22 @@ TEST(AdviceAboutACase, SaysHowManyFramesAreStored) {
   EXPECT_EQ(of("frames_between_rows", {"output.frames_per_second=10"}).rule, "");
 }
 
+/// What a rule says of an inflow with rows at these times.
+std::string with_rows(const std::string& rule, const std::string& first, const std::string& second) {
+  const std::string text =
+      "[material]\ncritical_state_slope = 0.4\ncohesion_beta = 0.0\nhardening_xi = 5.0\n[conveyor]\nvelocity_m_s = 12.0\n"
+      "[[conveyor.inflow]]\ntime_s = " +
+      first + "\nvelocity_m_s = 8.0\n[[conveyor.inflow]]\ntime_s = " + second +
+      "\nvelocity_m_s = 12.0\n[obstacle]\n[output]\nduration_s = 8.0\n";
+  const auto all = advise(parse_case(text, "case.toml"));
+  const auto found = std::ranges::find(all, rule, &Advice::rule);
+  return found == all.end() ? std::string() : found->text();
+}
+
 TEST(AdviceAboutACase, SaysThatRowsOfTheInflowAreAfterTheEnd) {
-  const auto with_rows = [](const std::string& first, const std::string& second) {
-    const std::string text =
-        "[material]\ncritical_state_slope = 0.4\ncohesion_beta = 0.0\nhardening_xi = 5.0\n[conveyor]\nvelocity_m_s = 12.0\n"
-        "[[conveyor.inflow]]\ntime_s = " +
-        first + "\nvelocity_m_s = 8.0\n[[conveyor.inflow]]\ntime_s = " + second +
-        "\nvelocity_m_s = 12.0\n[obstacle]\n[output]\nduration_s = 8.0\n";
-    const auto all = advise(parse_case(text, "case.toml"));
-    const auto found = std::ranges::find(all, "inflow_after_the_end", &Advice::rule);
-    return found == all.end() ? std::string() : found->text();
-  };
-  EXPECT_EQ(with_rows("0.0", "7.0"), "");
-  EXPECT_THAT(with_rows("0.0", "9.0"), HasSubstr("1 of 2 rows"));
-  EXPECT_THAT(with_rows("1042.0", "1043.0"), HasSubstr("only the first is used"));
+  EXPECT_EQ(with_rows("inflow_after_the_end", "0.0", "7.0"), "");
+  EXPECT_THAT(with_rows("inflow_after_the_end", "0.0", "9.0"), HasSubstr("1 of 2 rows"));
+  EXPECT_THAT(with_rows("inflow_after_the_end", "1042.0", "1043.0"), HasSubstr("only the first is used"));
 }
 
 TEST(AdviceAboutACase, WarnsOfFewCellsAcrossTheObstacleAndGivesTheCellSize) {
@@ -118,6 +120,19 @@ TEST(AdviceAboutACase, WarnsOfARunThatEndsBeforeTheSplashIsBack) {
   EXPECT_THAT(a.what, HasSubstr("2 v/g = 2.53 s"));
   EXPECT_THAT(a.remedy, HasSubstr("duration_s = 6 s"));
   EXPECT_EQ(of("splash_and_duration", {"output.duration_s=3.9"}).rule, "");
+}
+
+TEST(AdviceAboutACase, WarnsOfAStripThatThinsTooEarlyForAMean) {
+  const Advice a = of("splash_and_duration", {"conveyor.feed=strip", "output.duration_s=4"});  // (v t + 3 m)/(v + sqrt(g H)): 3.18 s
+  EXPECT_THAT(a.what, HasSubstr("not thinned from its rear for 3.18 s"));
+  EXPECT_THAT(a.remedy, HasSubstr("duration_s = 7 s"));
+  EXPECT_EQ(of("splash_and_duration", {"conveyor.feed=strip", "output.duration_s=7"}).rule, "");
+}
+
+TEST(AdviceAboutACase, WarnsOfMeansOfAnInflowThatVaries) {
+  EXPECT_THAT(with_rows("inflow_varies", "0.0", "7.0"),
+              AllOf(HasSubstr("varies until 7.58 s"), HasSubstr("are of the last row")));  // 7 m at 12 m/s
+  EXPECT_THAT(with_rows("inflow_varies", "0.0", "9.0"), HasSubstr("of which there will be none"));
 }
 
 TEST(AdviceAboutACase, WarnsOfASlowFlowThatHasNotPassed) {
