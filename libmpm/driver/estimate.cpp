@@ -10,6 +10,7 @@
 #include "libmpm/base/error.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/driver/sampling.hpp"
+#include "libmpm/impact/conveyor.hpp"
 #include "libmpm/impact/inflow.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 
@@ -28,7 +29,7 @@ double snow_volume(const Case& spec) {
   if (spec.conveyor) {
     const ConveyorSpec& belt = *spec.conveyor;
     const double length = belt.feed == ConveyorSpec::Feed::strip ? conveyor_length(belt.velocity, spec.output.duration)
-                                                                 : belt.upstream_length + belt.downstream_length;
+                                                                 : window_length(belt, spec.numerics.cell_size);
     return length * greatest_flow_height(belt) * belt.width * (belt.mirror_y ? 0.5 : 1.0);
   }
   double sum = 0.0;

@@ -205,6 +205,10 @@ FluxTotals ConveyorSource::release(State& state) const {
   return entered;
 }
 
+double window_length(const ConveyorSpec& conveyor, double cell_size) {
+  return conveyor.upstream_length + conveyor.downstream_length + (reservoir_cells + outlet_cells) * cell_size;
+}
+
 ConstantFlow constant_flow(const ConveyorSpec& conveyor, double gravity, double duration) {
   if (conveyor.feed == ConveyorSpec::Feed::strip) {
     const double celerity = std::sqrt(gravity * conveyor.flow_height);

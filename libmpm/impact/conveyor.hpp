@@ -120,6 +120,9 @@ struct ConstantFlow {
 /// @param gravity  normal to the ground, m/s^2. @param duration  of the run, s
 [[nodiscard]] ConstantFlow constant_flow(const ConveyorSpec& conveyor, double gravity, double duration);
 
+/// Length of the snow in a window, m: from behind the inlet to beyond the outlet.
+[[nodiscard]] double window_length(const ConveyorSpec& conveyor, double cell_size);
+
 /// Floor, side walls, inlet and outlet. @param floor  false: without the floor, which uneven ground replaces
 std::vector<Boundary> conveyor_walls(const ConveyorSpec& conveyor, ContactRule rule, bool floor = true);
 

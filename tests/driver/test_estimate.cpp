@@ -16,8 +16,8 @@ using testing::surge_case;
 TEST(Estimate, CountsTheParticlesOfTheScene) {
   const double tolerance = 1e-12;  // relative; a few multiplications
   const Case window = parse_case(strip_case, "case.toml", {"conveyor.feed=window", "conveyor.width_m=10"});
-  EXPECT_NEAR(estimate(window).particles / (10.5 * 1.75 * 5.0 * 8 * 64), 1.0,
-              tolerance);  // half of the window of 7 m and 3.5 m; 64 cells of 0.25 m in a m^3
+  EXPECT_NEAR(estimate(window).particles / ((10.5 + 4 * 0.25) * 1.75 * 5.0 * 8 * 64), 1.0,
+              tolerance);  // half of the window of 7 m and 3.5 m with two cells at either end; 64 cells of 0.25 m in a m^3
   const Case strip = parse_case(strip_case, "case.toml", {"conveyor.width_m=10", "conveyor.velocity_m_s=2"});
   EXPECT_NEAR(estimate(strip).particles / ((2.0 * 6.0 + 3.0) * 1.75 * 5.0 * 8 * 64), 1.0, tolerance);
   const Case hand = parse_case(hand_case, "case.toml");
