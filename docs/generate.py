@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Fills the generated tables of the pages in docs/: quantities and columns (results.md), keys (cases.md, design.md) and commands (commands.md)
 from the program itself, the verbs of ./run (developing.md) from `./run help`, solvers side by side (other-solvers.md) from
-reference_data/other_solvers; and what python/mpmtools knows of quantities (quantities.json).
+reference_data/other_solvers; what python/mpmtools knows of quantities (quantities.json); and the results of the validation suite
+(validation/results.md).
 
 usage: generate.py MPM [--check]    MPM: the program. --check changes nothing and fails where a table is out of date
 """
@@ -14,6 +15,9 @@ import subprocess
 import sys
 import textwrap
 
+import validation_page
+from markdown_tables import table
+
 DOCS = pathlib.Path(__file__).resolve().parent
 SOLVERS = DOCS.parent / "reference_data" / "other_solvers" / "data.csv"
 QUANTITIES = DOCS.parent / "python" / "mpmtools" / "quantities.json"
@@ -22,14 +26,6 @@ RESULTS = {"quantities": "Quantities of `results.json`", "columns": "Columns of 
 
 def output_of(*command):
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
-
-
-def row(*cells):
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-
-
-def table(heading, rows):
-    return "\n".join([row(*heading), "|" + "---|" * len(heading), *(row(*cells) for cells in rows)])
 
 
 def sentence(text):
@@ -205,13 +201,16 @@ def main():
             stale.append(f"docs/{name}")
             if "--check" not in sys.argv:
                 (DOCS / name).write_text(after, encoding="utf-8")
-    quantities = output_of(program, "schema", "--results", "--json")
-    if not QUANTITIES.exists() or QUANTITIES.read_text(encoding="utf-8") != quantities:
-        stale.append("python/mpmtools/quantities.json")
-        if "--check" not in sys.argv:
-            QUANTITIES.write_text(quantities, encoding="utf-8")
+    for path, text in ((QUANTITIES, output_of(program, "schema", "--results", "--json")), (validation_page.PAGE, validation_page.page())):
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            stale.append(str(path.relative_to(DOCS.parent)))
+            if "--check" not in sys.argv:
+                path.write_text(text, encoding="utf-8")
+    wrong = list(validation_page.contradictions())
     if "--check" in sys.argv and stale:
         sys.exit(f"{', '.join(stale)}: out of date; run docs/generate.py build/release/bin/mpm")
+    if wrong:
+        sys.exit("\n".join(wrong))
 
 
 if __name__ == "__main__":

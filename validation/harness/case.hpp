@@ -69,7 +69,7 @@ struct Check {
   [[nodiscard]] Verdict verdict() const;  ///< failed if a number is NaN
   /// Keeps the target, which this program is known not to meet at present: it is reported as "not met" with this cause, and is no failure
   /// while the result lies between the target and `bound`. Choose the bound near the measured value, so that a change for the worse fails,
-  /// and state the measured value in the README of the case. Another solver that misses the target fails (run_case_entry).
+  /// and state the cause in the README of the case. Another solver that misses the target fails (run_case_entry).
   /// @param bound  as KnownMiss::bound, of no use within the tolerance; std::invalid_argument if it is the reference or not finite
   Check& known_miss(double bound, std::string cause);
   /// Shows value and reference in the summary of predicted against reference values. Both must be in the quantity's unit, with a prefix at

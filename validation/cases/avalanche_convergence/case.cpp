@@ -218,7 +218,7 @@ void check_profile(CaseResult& result, const Runs& runs, const std::vector<Metri
 
 using Family = std::vector<int>;  ///< n of the grids w/n
 
-/// Bounds on known misses of a family at level standard, relative: what was measured (README.md) and about a tenth more. None: the aim is
+/// Bounds on known misses of a family at level standard, relative: what was measured (results.md) and about a tenth more. None: the aim is
 /// met.
 struct KnownMisses {
   std::optional<double> force_uncertainty, runup_uncertainty;

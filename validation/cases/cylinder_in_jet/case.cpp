@@ -15,7 +15,7 @@ namespace {
 
 constexpr double aim = 0.03;
 
-/// Runs whose force is known to be too large, and the bound on force over exact force: what was measured (README.md) and two standard
+/// Runs whose force is known to be too large, and the bound on force over exact force: what was measured (results.md) and two standard
 /// errors of 0.006.
 const std::map<std::string, double> known_excess = {
     {"5 cells", 1.075}, {"8 cells, grid moved by 0.3 and 0.4 cells", 1.056}, {"8 cells, CFL 1", 1.042}};
