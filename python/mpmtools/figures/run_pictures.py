@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from mpmtools import plots
-from mpmtools.errors import ConfigError
+from mpmtools.errors import ConfigError, InputError
 from mpmtools.files import save_figure
 from mpmtools.figures.colours import BLUE, GREEN, GREY, ORANGE
 from mpmtools.figures.style import plt
@@ -170,6 +170,6 @@ def run_command(options):
     except ValueError:
         raise ConfigError(f"--times {options.times}: numbers separated by commas are needed, such as 0.2,3,6") from None
     if not (Path(options.directory) / "series.csv").exists():
-        raise ConfigError(f"{options.directory}: no series.csv; give the result folder of a run")
+        raise InputError(f"{options.directory}: no series.csv; give the result folder of a run")
     for name, (path, reason) in draw_run(options.directory, options.out, times, options.format).items():
         print(f"wrote {path}" if path else f"no picture {name}: {reason}", file=sys.stderr)
