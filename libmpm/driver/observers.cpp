@@ -91,7 +91,7 @@ constexpr Entry list[] = {
     {obstacle, [](const ObserverArguments& s) { return make<ParticlesInsideObstacle>(solids_of(s.c), inside_setting(s)); }},
     {impact, [](const ObserverArguments& s) { return make<ForceByHeight>(*s.geometry, 0U); }},
     {impact, [](const ObserverArguments& s) { return make<TransientForce>(s.flow, s.geometry->force_window, mast_axis(s)); }},
-    {impact_on_arm, [](const ObserverArguments& s) { return make<ArmPeaks>(s.flow, s.geometry->force_window); }},
+    {impact_on_arm, [](const ObserverArguments& s) { return make<ArmPeaks>(s.flow, s.geometry->force_window, mast_axis(s)); }},
     {impact, [](const ObserverArguments& s) { return make<NumericalUncertainty>(grid_uncertainty(grid_resolution(s.c)), mast_axis(s)); }},
     {impact, [](const ObserverArguments& s) { return make<Prediction>(s.flow, s.geometry->flow_height); }},
     {always, [](const ObserverArguments&) { return make<Conservation>(); }},

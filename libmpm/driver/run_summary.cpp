@@ -42,7 +42,7 @@ std::string means_text(const Results& results) {
        "overturning_moment_numerical_uncertainty_n_m", "kN m", 1e-3, 0},
       {"arm, downstream", "arm_force_mean_n", "arm_force_standard_error_n", no_grid, "kN", 1e-3, 0},
       {"arm, upwards", "arm_force_mean_n", "arm_force_standard_error_n", no_grid, "kN", 1e-3, 2},
-      {"arm, moment", "arm_moment_mean_n_m", "arm_moment_standard_error_n_m", no_grid, "kN m", 1e-3, 1},
+      {"arm, overturning", "arm_overturning_moment_mean_n_m", "arm_overturning_moment_standard_error_n_m", no_grid, "kN m", 1e-3, 0},
   };
   std::string text = fmt::format("means from {:.3g} to {:.3g} s:\n", results.number("steady_from_s"), results.number("steady_to_s"));
   for (const Line& line : lines) {
@@ -57,9 +57,9 @@ std::string means_text(const Results& results) {
       "  statistics: standard error of the mean in time; grid: estimated from published grid studies at this resolution, not from this "
       "run; neither contains snow and model\n"
       "  run-up: height that holds 99 % of the mass before the mast; highest particle: the paper's run-up\n";
-  text += fmt::format("  moment about the mast's own axis, x = {:.3g} m, at the ground\n", results.number("overturning_moment_axis_x_m"));
-  if (results.has("arm_force_mean_n"))
-    text += "  the arm is not in force and moment above; its moment is about the line along y through x = z = 0\n";
+  text += fmt::format("  moment{} about the mast's own axis, x = {:.3g} m, at the ground\n",
+                      results.has("arm_force_mean_n") ? ", of the mast without its arm and of the arm," : "",
+                      results.number("overturning_moment_axis_x_m"));
   if (results.number("inflow_constant_from_s") > 0.0)
     text += "  these means are of the last row of the inflow, not of its strongest part\n";
   return text;

@@ -114,10 +114,15 @@ std::vector<Result> ArmPeaks::summary(const Summary& end) const {
     return force_peaks(end.series.time(), end.series[force], end.series["arm_moment_y_n_m"], flow_, window_);
   };
   const ForcePeaks along = peaks("arm_force_x_n"), upwards = peaks("arm_force_z_n");
+  const MeanEstimate moment = end.mean(overturning_moment(end.series["arm_moment_y_n_m"], end.series["arm_force_z_n"], axis_));
   return {{"arm_force_filtered_peak_n", along.filtered_peak, "N", "highest stream-wise force on the arm, moving mean over the window"},
           {"arm_force_filtered_peak_time_s", along.filtered_peak_time, "s", "middle of the window of that peak"},
           {"arm_force_z_filtered_peak_n", upwards.filtered_peak, "N", "highest upward force on the arm, moving mean over the window"},
-          {"arm_force_z_filtered_peak_time_s", upwards.filtered_peak_time, "s", "middle of the window of that peak"}};
+          {"arm_force_z_filtered_peak_time_s", upwards.filtered_peak_time, "s", "middle of the window of that peak"},
+          {"arm_overturning_moment_mean_n_m", moment.mean, "N m",
+           "overturning moment of the arm about the mast's axis at its base, downstream positive; mean over the steady interval"},
+          {"arm_overturning_moment_standard_error_n_m", moment.standard_error, "N m",
+           "standard error of that mean, which accounts for autocorrelation", Nature::uncertainty}};
 }
 
 }  // namespace mpm

@@ -98,11 +98,12 @@ class TransientForce : public Observer {
   double window_, axis_;
 };
 
-/// Has no columns: the highest forces on the arm, along the flow and upwards, from those of ContactForce.
+/// Has no columns: the highest forces on the arm, along the flow and upwards, and its moment about the mast's axis, from those of
+/// ContactForce.
 class ArmPeaks : public Observer {
  public:
-  /// @param window  s, of the moving mean
-  ArmPeaks(const ImpactFlow& flow, double window) : flow_(flow), window_(window) {}
+  /// @param window  s, of the moving mean. @param axis m, x of the mast's own axis
+  ArmPeaks(const ImpactFlow& flow, double window, double axis) : flow_(flow), window_(window), axis_(axis) {}
 
   [[nodiscard]] std::string name() const override { return "arm_peaks"; }
   [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
@@ -110,7 +111,7 @@ class ArmPeaks : public Observer {
 
  private:
   ImpactFlow flow_;
-  double window_;
+  double window_, axis_;
 };
 
 }  // namespace mpm

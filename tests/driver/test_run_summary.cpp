@@ -82,13 +82,13 @@ TEST(RunSummary, OffersNoLoadOfAFoundationFromTheTailOfASurge) {
 TEST(RunSummary, HasTheLoadsOfAnArm) {
   const std::string text = summary_text(results({{"steady", true},
                                                  {"arm_force_mean_n", std::array{1.29e4, 0.0, 3.1e3}},
-                                                 {"arm_moment_mean_n_m", std::array{0.0, 3.26e4, 0.0}},
+                                                 {"arm_overturning_moment_mean_n_m", 3.26e4},
                                                  {"arm_force_filtered_peak_n", 2.2e4}},
                                                 with_arm()));
   EXPECT_THAT(text, HasSubstr("arm, downstream         12.9 kN"));
   EXPECT_THAT(text, HasSubstr("arm, upwards             3.1 kN"));
-  EXPECT_THAT(text, HasSubstr("arm, moment             32.6 kN m"));
-  EXPECT_THAT(text, HasSubstr("the arm is not in force and moment above"));
+  EXPECT_THAT(text, HasSubstr("arm, overturning        32.6 kN m"));
+  EXPECT_THAT(text, HasSubstr("of the mast without its arm and of the arm, about the mast's own axis"));
   EXPECT_THAT(text, HasSubstr("filtered peak on the arm 22 kN downstream"));
   EXPECT_THAT(summary_text(results({{"steady", true}})), Not(HasSubstr("arm")));
 }

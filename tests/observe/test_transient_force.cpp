@@ -119,6 +119,34 @@ TEST(TransientForces, AreResultsOfARun) {
   EXPECT_NEAR(m.number("force_peak_to_mean"), (3e5 - 2e3) / 1e5, 1e-9);
 }
 
+TEST(ArmPeaks, AreThoseOfTheArmAndItsMomentIsAboutTheAxisOfTheMast) {
+  const ImpactGeometry geometry = paper_geometry(1.75, 1.75, 0.25, 300.0, false);
+  ObserverList observers({std::make_shared<SteadyInterval>(flow, "runup_p99_m"), std::make_shared<Runup>(geometry),
+                          std::make_shared<ContactForce>(0U), std::make_shared<ContactForce>(1U, ContactForce::On::arm),
+                          std::make_shared<ArmPeaks>(flow, 0.1, 0.875)});
+  Arrays saved = observers.save();
+  constexpr std::size_t samples = 401;
+  for (std::size_t i = 0; i < samples; ++i) {
+    const double time = 0.02 * static_cast<double>(i);
+    for (auto& [name, values] : saved) {
+      if (name == "series.time_s") values.push_back(time);
+      if (name == "series.runup_m" || name == "series.runup_p99_m") values.push_back(4.0);
+      if (name == "series.arm_force_x_n") values.push_back(time > 1.0 && time < 1.5 ? 5e4 : 2e4);
+      if (name == "series.arm_force_z_n") values.push_back(1e4);
+      if (name == "series.arm_moment_y_n_m") values.push_back(3e4);
+      if (name.starts_with("series.") && values.size() == i) values.push_back(0.0);
+    }
+  }
+  observers.load(saved, samples);
+  const State state(0.25);
+  const RunProgress progress;
+  const Results results = observers.results(observers.summary(&state, &progress));
+  EXPECT_NEAR(results.number("arm_force_filtered_peak_n"), 5e4, 1e-6);
+  EXPECT_NEAR(results.number("arm_force_filtered_peak_time_s"), 1.07, 0.021) << "the first window that is full";
+  EXPECT_NEAR(results.number("arm_force_z_filtered_peak_n"), 1e4, 1e-6);
+  EXPECT_NEAR(results.number("arm_overturning_moment_mean_n_m"), 3e4 + 0.875 * 1e4, 1e-6);
+}
+
 TEST(OverturningMoment, IsShiftedToTheAxisByTheVerticalForce) {
   const std::vector<double> moment{10.0, 20.0}, vertical{3.0, -4.0};
   EXPECT_EQ(overturning_moment(moment, vertical, 0.5), (std::vector<double>{11.5, 18.0}));
