@@ -8,6 +8,7 @@
 
 #include "libmpm/driver/case_file.hpp"
 #include "libmpm/driver/run_record.hpp"
+#include "libmpm/impact/conveyor.hpp"
 #include "libmpm/impact/semi_empirical.hpp"
 #include "libmpm/observe/conservation.hpp"
 #include "libmpm/observe/contact_force.hpp"
