@@ -333,6 +333,8 @@ RunResult Run::finish(bool complete) {
   if (complete) {
     write_results(result);
     for (const std::string& warning : result_warnings(result.results)) say("warning: " + warning);
+    if (std::filesystem::exists(options_.out / "post/results.json"))
+      say("post/ is from before this run went on: make it again with mpm post");
     if (progress_.samples <= sampling_.last()) {
       say(fmt::format("ended at t = {:.6g} s of {:.6g} s: the means are known to {:.3g} % (output.stop_when_steady)", state_.time,
                       sampling_.end(), 100.0 * case_.output.stop_when_steady));

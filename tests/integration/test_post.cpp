@@ -161,6 +161,17 @@ TEST_F(PostOfARun, MeasuresARunThatWasKilledAndDoesNotMakeItCountAsFinished) {
   EXPECT_FALSE(is_whole_run(*results.results(), parse_case(small_avalanche, "small.toml", {"output.duration_s=0.36"})));
 }
 
+TEST_F(PostOfARun, IsOutOfDateWhenTheRunGoesOnAndTheRunSaysSo) {
+  RunOptions longer;
+  longer.out = *directory_ / "longer";
+  std::filesystem::copy(run(), longer.out, std::filesystem::copy_options::recursive);
+  post_process(longer.out, longer.out / "post");
+  longer.resume = true;
+  EXPECT_TRUE(run_case(parse_case(small_avalanche, "small.toml", {"output.duration_s=0.44"}), longer).finished);
+  EXPECT_NE(read_file(longer.out / "run.log").find("make it again with mpm post"), std::string::npos);
+  EXPECT_EQ(read_file(run() / "run.log").find("mpm post"), std::string::npos);
+}
+
 TEST_F(PostOfARun, KeepsTheRunsOwnMeansOnlyOverTheSameInterval) {
   const std::filesystem::path steady = *directory_ / "steady";
   std::filesystem::copy(run(), steady, std::filesystem::copy_options::recursive);
