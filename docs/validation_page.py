@@ -63,7 +63,7 @@ def missed_rows(case, checks):
     for (quantity, _), found in by_check(checks).items():
         if missed := [check for check in found.values() if check["verdict"] != "ok"]:
             bounds = " and ".join(dict.fromkeys(check["bound"] for check in missed if check["bound"]))
-            yield f"[{case}](#{case})", quantity, *values(found), f"{missed[-1]['cause']} (must stay {bounds})"
+            yield f"[{case}](#{case}): {quantity}", *values(found), f"{missed[-1]['cause']} (must stay {bounds})"
 
 
 def recordings(runs):
@@ -89,7 +89,7 @@ def page():
              "Every check as `mpm-validate run --record` last stored it in `reference_data/validation_orders`. The README of each case\n"
              "explains reference, tolerance and cause. This page is generated (`docs/generate.py`).",
              recordings(runs), table(("level", "ok", "not met", "failed"), counts),
-             "## Targets that are not met", table(("case", "check", "allowed", *LEVELS, "cause"), missed),
+             "## Targets that are not met", table(("check", "allowed", *LEVELS, "cause"), missed),
              "## All checks", "A deviation in brackets is from the reference. Bold: the target is not met."]
     for case, levels in sorted(by_case.items()):
         rows = [(quantity, *values(found)) for (quantity, _), found in by_check(levels).items()]
