@@ -173,18 +173,25 @@ bool domain_is_valid(const Case& c, const ParameterReport& report) {
   return report.all_valid({"conveyor", "conveyor.inflow"}) && std::ranges::all_of(parameters_of<ConveyorSpec>().all(), valid);
 }
 
+using Ground = std::shared_ptr<const HeightField>;
+
+/// Uneven ground; empty without, and where it is not valid.
+Ground ground_of(const Case& c, const ParameterReport& report) {
+  const bool valid = c.terrain && c.terrain->raster && report.all_valid({"terrain", "terrain.file", "terrain.raster"});
+  return valid ? height_field(*c.terrain) : nullptr;
+}
+
 /// Corners that the case leaves out do not cut off a part of a belt: ground at its true altitude, a long strip.
-void resolve_domain(Case& c, const ParameterReport& report) {
-  if (!c.conveyor || !report.all_valid({"terrain", "terrain.file", "terrain.raster"}) || !domain_is_valid(c, report)) return;
-  const Eigen::AlignedBox3d belt =
-      conveyor_domain(*c.conveyor, conveyor_setting(c, c.terrain && c.terrain->raster ? height_field(*c.terrain) : nullptr));
+void resolve_domain(Case& c, const Ground& ground, const ParameterReport& report) {
+  if (!c.conveyor || (c.terrain && !ground) || !domain_is_valid(c, report)) return;
+  const Eigen::AlignedBox3d belt = conveyor_domain(*c.conveyor, conveyor_setting(c, ground));
   if (!report.given("domain.min_m")) c.domain.min = c.domain.min.cwiseMin(belt.min());
   if (!report.given("domain.max_m")) c.domain.max = c.domain.max.cwiseMax(belt.max());
 }
 
 /// Uneven ground against domain, mirror planes and conveyor.
-void check_terrain(const Case& c, ParameterReport& report) {
-  if (!c.terrain || !c.terrain->raster || !report.all_valid({"terrain", "terrain.file", "terrain.raster"})) return;
+void check_terrain(const Case& c, const Ground& ground, ParameterReport& report) {
+  if (!ground) return;
   if (c.conveyor && c.conveyor->sidewall_contact != Contact::slip && report.valid("conveyor.sidewall_contact")) {
     report.problem("terrain",
                    "is given beside side walls that drag the snow along x, and so into a slope; give "
@@ -194,7 +201,6 @@ void check_terrain(const Case& c, ParameterReport& report) {
     report.problem("terrain", "is given beside conveyor.inflow_slip_ratio, which refers to a level floor; leave out one of the two");
   if (!domain_is_valid(c, report)) return;
   const std::string key = report.given("terrain.file") ? "terrain.file" : "terrain.raster";
-  const std::shared_ptr<const HeightField> ground = height_field(*c.terrain);
   if (c.obstacle && ObstacleSpec::plan_is_valid(TableReport(report, "obstacle")) && report.valid("obstacle.height_m")) {
     const UprightSolid solid = c.obstacle->solid();
     const double height = ground->at(solid.outline.centre()).height;
@@ -250,7 +256,7 @@ void check_start(const Case& c, ParameterReport& report) {
 }
 
 /// A given domain leaves in the snow between inlet and outlet, on uneven ground along the middle of the belt.
-void check_domain_of_conveyor(const Case& c, ParameterReport& report) {
+void check_domain_of_conveyor(const Case& c, const Ground& ground, ParameterReport& report) {
   if (!c.conveyor || !domain_is_valid(c, report) || !report.valid("conveyor.width_m")) return;
   const ConveyorSpec& belt = *c.conveyor;
   const double half = 0.5 * belt.width;
@@ -259,18 +265,18 @@ void check_domain_of_conveyor(const Case& c, ParameterReport& report) {
     needed.min().x() = -belt.upstream_length;
     needed.max().x() = belt.downstream_length;
   }
-  if (c.terrain && c.terrain->raster && report.all_valid({"terrain", "terrain.file", "terrain.raster"})) {
-    const std::shared_ptr<const HeightField> ground = height_field(*c.terrain);
+  if (ground) {
     const auto [low, high] = std::minmax(
         {ground->at({needed.min().x(), 0.0}).height, ground->at({0.0, 0.0}).height, ground->at({needed.max().x(), 0.0}).height});
     needed.min().z() = low;
     needed.max().z() = high + belt.flow_height;
   }
+  const int axes = c.terrain && !ground ? 2 : 3;  // the height of ground that is not valid is not known
   constexpr double rounding = 1e-9;
   for (const auto& [key, outside, low] : {std::tuple{"domain.min_m", Vec3(c.domain.min - needed.min()), true},
                                           std::tuple{"domain.max_m", Vec3(needed.max() - c.domain.max), false}}) {
     int axis = 0;
-    if (!report.given(key) || outside.maxCoeff(&axis) <= rounding) continue;
+    if (!report.given(key) || outside.head(axes).maxCoeff(&axis) <= rounding) continue;
     report.problem(key, fmt::format("cuts off a part of the flow that [conveyor] feeds; give {} {:.6g} m in {}",
                                     low ? "at most" : "at least", low ? needed.min()[axis] : needed.max()[axis], "xyz"[axis]));
   }
@@ -310,11 +316,12 @@ void resolve_case(Case& c, ParameterReport& report) {
   if (c.conveyor) resolve_conveyor(*c.conveyor, {c.numerics.cell_size, c.numerics.gravity, c.material, obstacle}, report);
   check_arm(c, report);
   check_scene(c, report);
-  resolve_domain(c, report);
-  check_terrain(c, report);
+  const Ground ground = ground_of(c, report);
+  resolve_domain(c, ground, report);
+  check_terrain(c, ground, report);
   check_stop(c, report);
   check_rows(c.output, report);
-  check_domain_of_conveyor(c, report);
+  check_domain_of_conveyor(c, ground, report);
   check_start(c, report);
 }
 

@@ -160,6 +160,9 @@ TEST_F(TerrainFiles, HaveToCoverTheDomainAndToBeGentleAndSymmetric) {
   EXPECT_THAT(message("g.asc", ground(steep)), AllOf(HasSubstr("degrees steep at x = 0.5"), HasSubstr("smooth the raster")));
   const auto altitude = [](double x, double y) { return 1500.0 + relief(x, y); };
   EXPECT_THAT(message("g.asc", ground(altitude)), AllOf(HasSubstr("puts the ground at z = 1500.27 m"), HasSubstr("subtract 1500.27 m")));
+  EXPECT_THAT(message("g.asc", ground(altitude), conveyor + "[domain]\nmin_m = [-5, -5, 1400]\nmax_m = [4, 5, 1600]\n"),
+              ::testing::Not(HasSubstr("cuts off")))
+      << "a domain around the ground is not the problem";
   const auto millimetres = [](double x, double y) { return 1000.0 * relief(x, y); };
   EXPECT_THAT(message("g.asc", ground(millimetres)), HasSubstr("same unit, metres"));
   const std::string half =
