@@ -92,7 +92,7 @@ constexpr Entry list[] = {
     {obstacle, [](const ObserverArguments& s) { return make<ParticlesInsideObstacle>(solids_of(s.c), inside_setting(s)); }},
     {impact, [](const ObserverArguments& s) { return make<ForceByHeight>(*s.geometry, 0U); }},
     {impact, [](const ObserverArguments& s) { return make<TransientForce>(s.flow, s.geometry->force_window, mast_axis(s)); }},
-    {impact_on_arm, [](const ObserverArguments& s) { return make<ArmPeaks>(s.flow, s.geometry->force_window, mast_axis(s)); }},
+    {impact_on_arm, [](const ObserverArguments& s) { return make<ArmLoads>(s.flow, s.geometry->force_window, mast_axis(s)); }},
     {impact, [](const ObserverArguments& s) { return make<NumericalUncertainty>(grid_uncertainty(grid_resolution(s.c)), mast_axis(s)); }},
     {impact, [](const ObserverArguments& s) { return make<Prediction>(s.flow, s.geometry->flow_height); }},
     {always, [](const ObserverArguments&) { return make<Conservation>(); }},
@@ -104,9 +104,7 @@ ImpactFlow impact_flow(const Case& c) {
   ImpactFlow flow;
   flow.velocity = c.conveyor->velocity;
   flow.gravity = c.numerics.gravity * std::cos(c.numerics.slope);  // along which snow rises and falls
-  const ConstantFlow constant = constant_flow(*c.conveyor, flow.gravity, c.output.duration);
-  flow.constant_from = constant.from;
-  flow.constant_until = constant.until;
+  flow.constant = constant_flow(*c.conveyor, flow.gravity, c.output.duration);
   if (const auto ratio = c.material.critical_state_ratio()) flow.effective_friction = *ratio;
   return flow;
 }

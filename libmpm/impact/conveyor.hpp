@@ -41,6 +41,7 @@
 #include "libmpm/boundary/terrain.hpp"
 #include "libmpm/core/step.hpp"
 #include "libmpm/impact/inflow.hpp"
+#include "libmpm/impact/steady.hpp"
 #include "libmpm/source/lattice.hpp"
 
 namespace mpm {
@@ -111,12 +112,8 @@ class ConveyorSource : public ParticleSource {
   std::vector<Particle> column_;               ///< column_at of a steady inflow
 };
 
-/// While snow of constant speed, height and density is at the obstacle, s: from when the last row of an inflow that varies has come from
-/// the inlet; until the wave that thins a strip from its rear, with the celerity sqrt(g H) of shallow water, has come. Friction slows that
-/// wave.
-struct ConstantFlow {
-  double from = 0.0, until = std::numeric_limits<double>::infinity();  ///< s
-};
+/// From when the last row of an inflow that varies has come from the inlet; until the wave that thins a strip from its rear, with the
+/// celerity sqrt(g H) of shallow water, has come. Friction slows that wave.
 /// @param gravity  normal to the ground, m/s^2. @param duration  of the run, s
 [[nodiscard]] ConstantFlow constant_flow(const ConveyorSpec& conveyor, double gravity, double duration);
 

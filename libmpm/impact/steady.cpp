@@ -48,8 +48,8 @@ SteadyCriteria impact_steady_criteria(const ImpactFlow& flow, double end) {
   }
   const double rise = flow.velocity / flow.gravity;
   SteadyCriteria criteria;
-  criteria.earliest = std::max(flow.arrival, flow.constant_from) + 2.0 * rise;
-  criteria.latest = flow.constant_until;
+  criteria.earliest = std::max(flow.arrival, flow.constant.from) + 2.0 * rise;
+  criteria.latest = flow.constant.until;
   criteria.minimum_duration = std::max(rise, (std::min(end, criteria.latest) - criteria.earliest) / 3.0);
   return criteria;
 }
@@ -110,6 +110,11 @@ MeanEstimate estimate_mean(std::span<const double> values) {
       .mean = mean, .standard_error = standard_error, .effective_samples = effective, .batches = static_cast<int>(batches), .samples = n};
 }
 
+double drift(std::span<const double> values) {
+  const std::size_t half = values.size() / 2;
+  return estimate_mean(values.subspan(half)).mean - estimate_mean(values.first(half)).mean;
+}
+
 namespace {
 
 /// Number of the last check at or before a time; -1 before the first.
@@ -124,11 +129,9 @@ bool is_check(const StopRule& rule, std::span<const double> time, std::size_t sa
 
 bool is_known(std::span<const double> values, const StopRule& rule) {
   const MeanEstimate all = estimate_mean(values);
-  const std::size_t half = values.size() / 2;
-  const double drift = estimate_mean(values.subspan(half)).mean - estimate_mean(values.first(half)).mean;
   const double allowed = rule.standard_error * std::abs(all.mean);  // NaN, an unknown mean or error, is never below it
   const double highest_error = all.standard_error * (1.0 + std::sqrt(2.0 / (all.effective_samples - 1.0)));
-  return highest_error <= allowed && std::abs(drift) <= allowed;
+  return highest_error <= allowed && std::abs(drift(values)) <= allowed;
 }
 
 /// Whether the rule holds with these samples alone.

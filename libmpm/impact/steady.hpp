@@ -9,15 +9,17 @@
 
 namespace mpm {
 
+/// While snow of constant speed, height and density is at the obstacle, s: before, an inflow varies; after, a strip thins from its rear.
+struct ConstantFlow {
+  double from = 0.0, until = std::numeric_limits<double>::infinity();  ///< s
+};
+
 /// Input of steady criteria, force peaks and predictions.
 struct ImpactFlow {
-  double velocity = 0.0;  ///< v, m/s
-  double gravity = 9.81;  ///< g, m/s^2
-  double arrival = 0.0;   ///< s; the conveyor's front is at the face at t = 0
-  /// s: snow of constant speed, height and density is at the obstacle. Before, an inflow varies; after, a strip thins from its rear.
-  /// @{
-  double constant_from = 0.0, constant_until = std::numeric_limits<double>::infinity();
-  /// @}
+  double velocity = 0.0;                     ///< v, m/s
+  double gravity = 9.81;                     ///< g, m/s^2
+  double arrival = 0.0;                      ///< s; the conveyor's front is at the face at t = 0
+  ConstantFlow constant;                     ///< steady intervals lie in it
   std::optional<double> effective_friction;  ///< M'; empty for laws without M': no prediction
 };
 
@@ -68,6 +70,9 @@ struct MeanEstimate {
 /// error is still underestimated. Values that are not finite (an undefined pressure height) are left out first.
 /// @return NaN for all numbers without a finite value; a standard error of NaN with fewer than 10 samples.
 [[nodiscard]] MeanEstimate estimate_mean(std::span<const double> values);
+
+/// How far a quantity is from steady: mean over the second half of its values less that over the first; NaN without values.
+[[nodiscard]] double drift(std::span<const double> values);
 
 /// A slow pile needs a distance, not a time, to become steady: the paper's shortest run (Table 2, Fr 0.1: 27.9 m less the 3 m that L adds)
 /// is this many flow heights.

@@ -109,7 +109,7 @@ std::vector<Result> TransientForce::summary(const Summary& end) const {
       {"overturning_moment_filtered_peak_n_m", p.moment_filtered_peak, "N m", "highest overturning moment, moving mean over the window"}};
 }
 
-std::vector<Result> ArmPeaks::summary(const Summary& end) const {
+std::vector<Result> ArmLoads::summary(const Summary& end) const {
   const auto peaks = [&](const char* force) {
     return force_peaks(end.series.time(), end.series[force], end.series["arm_moment_y_n_m"], flow_, window_);
   };

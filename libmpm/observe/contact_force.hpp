@@ -100,12 +100,12 @@ class TransientForce : public Observer {
 
 /// Has no columns: the highest forces on the arm, along the flow and upwards, and its moment about the mast's axis, from those of
 /// ContactForce.
-class ArmPeaks : public Observer {
+class ArmLoads : public Observer {
  public:
   /// @param window  s, of the moving mean. @param axis m, x of the mast's own axis
-  ArmPeaks(const ImpactFlow& flow, double window, double axis) : flow_(flow), window_(window), axis_(axis) {}
+  ArmLoads(const ImpactFlow& flow, double window, double axis) : flow_(flow), window_(window), axis_(axis) {}
 
-  [[nodiscard]] std::string name() const override { return "arm_peaks"; }
+  [[nodiscard]] std::string name() const override { return "arm_loads"; }
   [[nodiscard]] MeasuredFrom measured_from() const override { return MeasuredFrom::run; }
   [[nodiscard]] std::vector<Result> summary(const Summary& end) const override;
 

@@ -31,12 +31,11 @@ class SteadyInterval : public Observer {
         {"steady_from_s", span.steady ? span.from : MeanEstimate::none, "s", "start of the steady interval"},
         {"steady_to_s", span.steady ? span.to : MeanEstimate::none, "s", "end of the steady interval"},
         {"steady_samples", std::uint64_t{span.last - span.first}, "", "rows of series.csv in it"},
-        {"inflow_constant_from_s", flow_.constant_from, "s",
+        {"inflow_constant_from_s", flow_.constant.from, "s",
          "when the last row of an inflow that varies has reached the obstacle: means are of that inflow alone; 0: the inflow is steady"},
-        {"force_drift", drift(end), "",
+        {"force_drift", drift(end.steady_part(end.series["force_x_n"])) / end.mean("force_x_n").mean, "",
          "how far the force is from steady: mean of force_x_n over the second half of the steady interval less that over the first, over "
-         "the "
-         "mean"},
+         "the mean"},
         {"steady_column", column_, "", "column of series.csv that is steady in it (measurement.steady_by)", Nature::execution}};
     std::vector<MeanEstimate> components;
     for (const Column& column : end.series.columns()) {
@@ -50,12 +49,6 @@ class SteadyInterval : public Observer {
   }
 
  private:
-  /// NaN without a steady interval.
-  static double drift(const Summary& end) {
-    const std::span<const double> force = end.steady_part(end.series["force_x_n"]);
-    const std::size_t half = force.size() / 2;
-    return (estimate_mean(force.subspan(half)).mean - estimate_mean(force.first(half)).mean) / estimate_mean(force).mean;
-  }
   /// Mean, standard error and effective samples of a quantity. @param of the mean of each component: one or three
   static std::vector<Result> means(const Column& column, std::span<const MeanEstimate> of) {
     const auto value = [&](double MeanEstimate::*member) -> Value {

@@ -142,7 +142,7 @@ TEST(SteadySpan, CriteriaOfAnImpactWaitForTheSplash) {
 }
 
 TEST(SteadySpan, LiesWhereTheSnowThatArrivesIsConstant) {
-  const ImpactFlow flow{.velocity = 9.81, .constant_from = 3.0, .constant_until = 9.0};
+  const ImpactFlow flow{.velocity = 9.81, .constant = {3.0, 9.0}};
   const auto criteria = impact_steady_criteria(flow, 12.0);
   EXPECT_DOUBLE_EQ(criteria.earliest, 5.0) << "2 v/g after the first of it";
   EXPECT_DOUBLE_EQ(criteria.minimum_duration, 4.0 / 3.0);

@@ -119,11 +119,11 @@ TEST(TransientForces, AreResultsOfARun) {
   EXPECT_NEAR(m.number("force_peak_to_mean"), (3e5 - 2e3) / 1e5, 1e-9);
 }
 
-TEST(ArmPeaks, AreThoseOfTheArmAndItsMomentIsAboutTheAxisOfTheMast) {
+TEST(ArmLoads, AreThoseOfTheArmAndItsMomentIsAboutTheAxisOfTheMast) {
   const ImpactGeometry geometry = paper_geometry(1.75, 1.75, 0.25, 300.0, false);
   ObserverList observers({std::make_shared<SteadyInterval>(flow, "runup_p99_m"), std::make_shared<Runup>(geometry),
                           std::make_shared<ContactForce>(0U), std::make_shared<ContactForce>(1U, ContactForce::On::arm),
-                          std::make_shared<ArmPeaks>(flow, 0.1, 0.875)});
+                          std::make_shared<ArmLoads>(flow, 0.1, 0.875)});
   Arrays saved = observers.save();
   constexpr std::size_t samples = 401;
   for (std::size_t i = 0; i < samples; ++i) {
