@@ -74,9 +74,8 @@ std::string summary_text(const Results& results) {
   text += "forces downstream, and which of them to design with:\n";
   const bool splash = results.number("force_filtered_peak_time_s") <= results.number("first_impact_until_s");
   text += fmt::format(
-      "  filtered peak {} kN (mean over {:.2g} s, at {:.3g} s{}): a peak of this run alone; mpm design gives its uncertainty and the "
-      "response "
-      "of the mast\n",
+      "  filtered peak {} kN (mean over {:.2g} s, at {:.3g} s{}): a peak of this run alone; mpm design gives its uncertainty and "
+      "the response of the mast\n",
       shown(results.number("force_filtered_peak_n"), 1e-3), results.number("force_window_s"), results.number("force_filtered_peak_time_s"),
       splash ? ", before the first splash has fallen back: it depends on the front" : "");
   if (steady && results.number("inflow_constant_from_s") == 0.0)
@@ -111,13 +110,12 @@ std::vector<std::string> result_warnings(const Results& results) {
   }
   constexpr double most = ParticlesInsideObstacle::tolerated_share;
   if (!results.has("share_inside_obstacle") || !(results.number("share_inside_obstacle") > most)) return warnings;
-  warnings.push_back(fmt::format(
-      "{:.3g} m^3 of snow ({:.0f} particles) lie inside the obstacle, up to {:.2g} m behind its surface: that is {:.2g} % of the "
-      "obstacle's "
-      "volume up to the flow height (more than {:g} %). Force and heights are those of a mast that lets snow in; take smaller cells "
-      "(numerics.cell_size_m) and compare",
-      results.number("volume_inside_obstacle_m3"), results.number("particles_inside_obstacle"), results.number("depth_inside_obstacle_m"),
-      100.0 * results.number("share_inside_obstacle"), 100.0 * most));
+  warnings.push_back(
+      fmt::format("{:.3g} m^3 of snow ({:.0f} particles) lie inside the obstacle, up to {:.2g} m behind its surface: that is {:.2g} % of "
+                  "the obstacle's volume up to the flow height (more than {:g} %). Force and heights are those of a mast that lets snow "
+                  "in; take smaller cells (numerics.cell_size_m) and compare",
+                  results.number("volume_inside_obstacle_m3"), results.number("particles_inside_obstacle"),
+                  results.number("depth_inside_obstacle_m"), 100.0 * results.number("share_inside_obstacle"), 100.0 * most));
   return warnings;
 }
 

@@ -76,8 +76,7 @@ std::map<std::string, std::vector<std::vector<std::string>>> order_rows(const st
     for (const Check& c : r.checks)
       rows[r.name].push_back({r.name, c.quantity, to_string(c.label), short_number(c.reference), short_number(c.value),
                               short_number(c.error), c.observed_order ? short_number(*c.observed_order) : "", short_number(c.tolerance),
-                              to_string(c.verdict()), measure_name(c.measure), c.unit, c.miss ? format_miss_bound(c) : "",
-                              c.miss ? c.miss->cause : ""});
+                              to_string(c.verdict()), measure_name(c.measure), c.unit, format_miss_bound(c), c.miss ? c.miss->cause : ""});
   }
   return rows;
 }

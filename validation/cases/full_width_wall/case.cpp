@@ -131,7 +131,8 @@ std::vector<Study> studies(const CaseContext& context) {
   Study low{"Fr 0.3", "fr03", 0.3, 12.0, {4, 6, 8, 12}, 0.005, undular, false};
   Study middle{"Fr 1", "fr1", 1.0, 8.0, {4, 6, 8, 12}, 0.025, rolling, false};
   Study snow{"Fr 1, snow with M = 0", "fr1-snow", 1.0, 8.0, {6}, 0.025, rolling, true};
-  Study high{"Fr 3", "fr3", 3.0, context.choose(6.0, 6.0, 12.0), {4}, 0.025, rolling, false, false, false};
+  Study high{"Fr 3", "fr3", 3.0, context.choose(6.0, 6.0, 12.0), {4}, 0.025, rolling, false};
+  high.steady = false;
   if (context.level() == Level::quick) {
     low.cells = snow.cells = {4};
     snow.misses_speed = true;
